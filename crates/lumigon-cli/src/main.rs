@@ -1,0 +1,3 @@
+//! The `lumigon` command.
+
+fn main() {}

@@ -1,0 +1,1 @@
+//! Fits BRDFs with linearly transformed cosines.

@@ -1,0 +1,1 @@
+//! Truth to measure lumigon against: adaptive cubature and a path tracer in f64.

@@ -1,0 +1,1 @@
+//! Renders glTF scenes lit by their emissive polygons.
