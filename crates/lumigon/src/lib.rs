@@ -7,14 +7,20 @@
 extern crate alloc;
 
 mod clip;
+mod ggx;
 mod irradiance;
 mod lanes;
+mod ltc;
 mod polygon;
 mod real;
+mod solid_angle;
 mod vec3;
 
+pub use ggx::{MINIMUM_ALPHA, ggx_cosine, schlick};
 pub use irradiance::{form_factor, irradiance, light_vector, light_vector_above};
 pub use lanes::{LaneMask, Lanes};
+pub use ltc::{Ltc, PreparedLtc, ltc_form_factor};
 pub use polygon::{PLANARITY_TOLERANCE, PolygonError, PolygonLight, Sides};
 pub use real::{Mask, Real, Scalar};
+pub use solid_angle::{solid_angle, solid_angle_above};
 pub use vec3::Vec3;
