@@ -122,6 +122,8 @@ pub(crate) struct Edge<T> {
     pub(crate) end: Vec3<T>,
     /// start x end, accurate for far edges; zero where nothing of the edge is left.
     pub(crate) cross: Vec3<T>,
+    /// 1 where anything of the edge is left, else 0.
+    pub(crate) kept: T,
 }
 
 impl<T: Real> Edge<T> {
@@ -160,6 +162,7 @@ pub(crate) fn for_each_edge<T: Real>(
     offset: impl Fn(usize) -> Vec3<T>,
     mut visit: impl FnMut(Edge<T>),
 ) {
+    let one = center.x.constant(1.0);
     for range in light.loop_ranges() {
         let mut start_offset = offset(range.end - 1);
         let mut start = start_offset + center;
@@ -170,6 +173,7 @@ pub(crate) fn for_each_edge<T: Real>(
                 start,
                 end,
                 cross: start.cross(end_offset - start_offset),
+                kept: one,
             });
             (start_offset, start) = (end_offset, end);
         }
@@ -218,18 +222,21 @@ pub(crate) fn for_each_edge_above<T: Real>(
                     let sets = crosses & start_up;
                     cross(crossing, T::select(rises, one, T::select(sets, -one, zero)));
                     let left = T::select(rises, one - t, T::select(sets, t, one));
-                    let left = T::select(start_up | end_up, left, zero);
+                    let kept = T::select(start_up | end_up, one, zero);
+                    let left = left * kept;
                     visit(Edge {
                         start: Vec3::select(rises, crossing, start),
                         end: Vec3::select(sets, crossing, end),
                         cross: cross_product * left,
+                        kept,
                     });
                 } else {
-                    let left = T::select(start_up, one, zero);
+                    let kept = T::select(start_up, one, zero);
                     visit(Edge {
                         start,
                         end,
-                        cross: cross_product * left,
+                        cross: cross_product * kept,
+                        kept,
                     });
                 }
             }

@@ -12,6 +12,7 @@ mod irradiance;
 mod lanes;
 mod ltc;
 mod polygon;
+mod projected_area;
 mod real;
 mod solid_angle;
 mod vec3;
@@ -21,6 +22,9 @@ pub use irradiance::{form_factor, irradiance, light_vector, light_vector_above};
 pub use lanes::{LaneMask, Lanes};
 pub use ltc::{Ltc, PreparedLtc, ltc_form_factor};
 pub use polygon::{PLANARITY_TOLERANCE, PolygonError, PolygonLight, Sides};
+pub use projected_area::{
+    LocalOcclusion, ProjectionBasis, Pyramid, projected_area, projection_axis,
+};
 pub use real::{Mask, Real, Scalar};
 pub use solid_angle::{solid_angle, solid_angle_above};
 pub use vec3::Vec3;

@@ -5,7 +5,7 @@
 //! of directions (`cosine_to_shading`), so its integral over a polygon is the cosine's over the
 //! polygon seen through M^-1 (`shading_to_cosine`): a form factor.
 
-use crate::clip::{Above, AboveZ, Compass, Edge, Horizon, Seen, for_each_edge_above, height_range};
+use crate::clip::{Above, AboveZ, Compass, Edge, Horizon, Seen, height_range};
 use crate::irradiance::unclipped;
 use crate::polygon::PolygonLight;
 use crate::real::{Mask, Real};
@@ -254,6 +254,7 @@ fn clipped_by_both<T: Real>(
                     start: Vec3::select(from.gt(zero), along.mul_add(from, start), start),
                     end: Vec3::select(to.lt(one), along.mul_add(to, start), end),
                     cross: start.cross(along) * left,
+                    kept: one,
                 };
                 sum = edge.cross.z.mul_add(edge.angle_over_sine(), sum);
             }

@@ -1,6 +1,6 @@
 //! Solid angle of a polygon light, exact.
 
-use crate::clip::{Above, Compass, Edge, Seen, for_each_edge_above};
+use crate::clip::{Above, Compass, Seen, for_each_edge_above};
 use crate::polygon::PolygonLight;
 use crate::real::Real;
 use crate::vec3::Vec3;
@@ -60,9 +60,9 @@ pub fn solid_angle_above<T: Real>(
         seen.center,
         offset,
         Above(normal),
-        |Edge { start, end, cross }| {
-            let volume = fan.apex.dot(cross) * seen.orientation;
-            fan.add(start, end, volume);
+        |edge| {
+            let volume = fan.apex.dot(edge.cross) * seen.orientation;
+            fan.add(edge.start, edge.end, volume);
         },
         |_, _| {},
     );
