@@ -90,6 +90,10 @@ pub struct PolygonLight<S> {
     pub(crate) doubled_area: S,
     /// Centroid in units of the radius from the centre.
     pub(crate) centroid: Vec3<S>,
+    /// Two unit vectors in the plane, right-handed with the normal.
+    pub(crate) plane_axes: (Vec3<S>, Vec3<S>),
+    /// `offsets` along `plane_axes`.
+    pub(crate) plane_offsets: Vec<[S; 2]>,
     pub(crate) sides: Sides,
 }
 
@@ -169,6 +173,11 @@ impl PolygonLight<f64> {
             .sum();
         let centroid = centroid(&offsets, &loop_ends, normal);
         let radius = radius * extent;
+        let plane_axes = normal.orthonormal_basis();
+        let plane_offsets = offsets
+            .iter()
+            .map(|&v| [plane_axes.0.dot(v), plane_axes.1.dot(v)])
+            .collect();
         Ok(Self {
             center: origin + center * extent,
             radius,
@@ -178,6 +187,8 @@ impl PolygonLight<f64> {
             normal,
             doubled_area,
             centroid,
+            plane_axes,
+            plane_offsets,
             sides,
         })
     }
@@ -198,6 +209,8 @@ impl PolygonLight<f64> {
             normal: vector(self.normal),
             doubled_area: scalar(self.doubled_area),
             centroid: vector(self.centroid),
+            plane_axes: (vector(self.plane_axes.0), vector(self.plane_axes.1)),
+            plane_offsets: self.plane_offsets.iter().map(|v| v.map(scalar)).collect(),
             sides: self.sides,
         };
         let numbers = [
