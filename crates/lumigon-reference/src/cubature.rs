@@ -25,11 +25,13 @@ pub enum CubatureError {
     /// The GGX width is not in (0, 1].
     #[error("alpha is {0}; it must be above 0 and at most 1")]
     Alpha(f64),
-    /// The cosine of the view angle is not in [0, 1].
-    #[error("the cosine of the view angle is {0}; it must be between 0 and 1")]
+    /// The cosine of the view angle is not in (0, 1].
+    #[error("the cosine of the view angle is {0}; it must be above 0 and at most 1")]
     CosThetaView(f64),
     /// The tolerance was not reached within the allowed evaluations, or is beyond what rounding allows.
-    #[error("the integral has an error of about {error:e} after the allowed evaluations; ask for less")]
+    #[error(
+        "the integral has an error of about {error:e} after the allowed evaluations; ask for less"
+    )]
     NotConverged {
         /// Estimated absolute error reached.
         error: f64,
@@ -82,7 +84,10 @@ pub fn irradiance(
 ) -> Result<Integral, CubatureError> {
     let frame = shading_frame(unit("normal", normal)?, DVec3::ZERO);
     let outcome = integrate(&Cosine, clip(light, position(point)?, frame), tolerance);
-    Ok(Integral { value: checked(&outcome)?[0], error: outcome.error })
+    Ok(Integral {
+        value: checked(&outcome)?[0],
+        error: outcome.error,
+    })
 }
 
 /// Form factor of the light as seen from a surface element, in [0, 1]: the irradiance over pi.
@@ -109,24 +114,41 @@ pub fn form_factor(
 ///
 /// # Errors
 /// As [`irradiance`].
-pub fn light_vector(light: &Polygon, point: [f64; 3], tolerance: Tolerance) -> Result<VectorIntegral, CubatureError> {
+pub fn light_vector(
+    light: &Polygon,
+    point: [f64; 3],
+    tolerance: Tolerance,
+) -> Result<VectorIntegral, CubatureError> {
     let outcome = integrate(&Direction, whole(light, position(point)?), tolerance);
-    Ok(VectorIntegral { value: checked(&outcome)?, error: outcome.error })
+    Ok(VectorIntegral {
+        value: checked(&outcome)?,
+        error: outcome.error,
+    })
 }
 
 /// Solid angle of the light at `point` in steradians, in [0, 2 pi]; no horizon clips it. Zero behind a one-sided light.
 ///
 /// # Errors
 /// As [`irradiance`].
-pub fn solid_angle(light: &Polygon, point: [f64; 3], tolerance: Tolerance) -> Result<Integral, CubatureError> {
+pub fn solid_angle(
+    light: &Polygon,
+    point: [f64; 3],
+    tolerance: Tolerance,
+) -> Result<Integral, CubatureError> {
     let outcome = integrate(&One, whole(light, position(point)?), tolerance);
-    Ok(Integral { value: checked(&outcome)?[0], error: outcome.error })
+    Ok(Integral {
+        value: checked(&outcome)?[0],
+        error: outcome.error,
+    })
 }
 
 /// Radiance that a GGX surface (Fresnel factor 1) reflects towards `view` from a light of radiance 1.
 ///
 /// `normal` and `view` (from the point to the viewer) are unit vectors, `alpha` is the GGX width in (0, 1]. The light
 /// is clipped by the surface's horizon. A view from below the surface sees nothing.
+///
+/// Rounding of directions limits the accuracy to about 1e-16 / (alpha n.v), the inverse width of the lobe: 1e-12 for
+/// alpha 0.0025 at 88 degrees, 1e-7 for the same alpha at n.v = 1e-6.
 ///
 /// # Errors
 /// As [`irradiance`]; also a view or `alpha` that is none.
@@ -143,41 +165,68 @@ pub fn ggx(
     let frame = shading_frame(normal, view);
     let lobe = GgxLobe::new(to_frame(&frame, view), alpha)?;
     if lobe.view.z <= 0.0 {
-        return Ok(GgxIntegral { value: 0.0, schlick: 0.0, error: 0.0 });
+        return Ok(GgxIntegral {
+            value: 0.0,
+            schlick: 0.0,
+            error: 0.0,
+        });
     }
     ggx_integral(&integrate(&lobe, clip(light, point, frame), tolerance))
 }
 
 /// Directional albedo of the GGX surface of [`ggx`]: what it reflects of a uniform hemisphere of radiance 1.
 ///
-/// `cos_theta_view` is n.v in [0, 1]; at 0 it is the limit of grazing views.
+/// `cos_theta_view` is n.v in (0, 1].
 ///
 /// # Errors
 /// A cosine or `alpha` out of range, or a tolerance that is out of reach.
-pub fn ggx_albedo(cos_theta_view: f64, alpha: f64, tolerance: Tolerance) -> Result<GgxIntegral, CubatureError> {
-    if !(0.0..=1.0).contains(&cos_theta_view) {
+pub fn ggx_albedo(
+    cos_theta_view: f64,
+    alpha: f64,
+    tolerance: Tolerance,
+) -> Result<GgxIntegral, CubatureError> {
+    if !(cos_theta_view > 0.0 && cos_theta_view <= 1.0) {
         return Err(CubatureError::CosThetaView(cos_theta_view));
     }
-    // The limit is continuous, and 0 / 0 at the horizon itself.
-    let cosine = cos_theta_view.max(1e-9);
-    let view = DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+    let sine = (1.0 - cos_theta_view * cos_theta_view).sqrt();
+    let view = DVec3::new(sine, 0.0, cos_theta_view);
     let lobe = GgxLobe::new(view, alpha)?;
     // The lobe is even in y, so half the hemisphere will do.
-    let half = [[DVec3::Z, DVec3::Y, DVec3::X], [DVec3::Z, DVec3::NEG_X, DVec3::Y]];
-    let halved = Tolerance { absolute: 0.5 * tolerance.absolute, ..tolerance };
-    let GgxIntegral { value, schlick, error } = ggx_integral(&integrate(&lobe, half, halved))?;
-    Ok(GgxIntegral { value: 2.0 * value, schlick: 2.0 * schlick, error: 2.0 * error })
+    let half = [
+        [DVec3::Z, DVec3::Y, DVec3::X],
+        [DVec3::Z, DVec3::NEG_X, DVec3::Y],
+    ];
+    let halved = Tolerance {
+        absolute: 0.5 * tolerance.absolute,
+        ..tolerance
+    };
+    let GgxIntegral {
+        value,
+        schlick,
+        error,
+    } = ggx_integral(&integrate(&lobe, half, halved))?;
+    Ok(GgxIntegral {
+        value: 2.0 * value,
+        schlick: 2.0 * schlick,
+        error: 2.0 * error,
+    })
 }
 
 fn ggx_integral(outcome: &Outcome<2>) -> Result<GgxIntegral, CubatureError> {
     let [value, schlick] = checked(outcome)?;
-    Ok(GgxIntegral { value, schlick, error: outcome.error })
+    Ok(GgxIntegral {
+        value,
+        schlick,
+        error: outcome.error,
+    })
 }
 
 fn checked<const N: usize>(outcome: &Outcome<N>) -> Result<[f64; N], CubatureError> {
     match outcome.converged {
         true => Ok(outcome.value),
-        false => Err(CubatureError::NotConverged { error: outcome.error }),
+        false => Err(CubatureError::NotConverged {
+            error: outcome.error,
+        }),
     }
 }
 
@@ -219,7 +268,11 @@ fn whole(light: &Polygon, point: DVec3) -> impl Iterator<Item = [DVec3; 3]> + '_
 fn seen(light: &Polygon, point: DVec3) -> impl Iterator<Item = [DVec3; 3]> + '_ {
     let height = light.height(point);
     let dark = height == 0.0 || (height < 0.0 && !light.is_two_sided());
-    let triangles = if dark { &[][..] } else { light.triangle_vertices() };
+    let triangles = if dark {
+        &[][..]
+    } else {
+        light.triangle_vertices()
+    };
     triangles.iter().map(move |triangle| {
         let [a, b, c] = triangle.map(|vertex| vertex - point);
         if height > 0.0 { [a, b, c] } else { [a, c, b] }
@@ -242,7 +295,9 @@ fn clip(light: &Polygon, point: DVec3, rows: [DVec3; 3]) -> impl Iterator<Item =
                 kept.extend(crossing.with_z(0.0).try_normalize());
             }
         }
-        (2..kept.len()).map(|i| [kept[0], kept[i - 1], kept[i]]).collect::<Vec<_>>()
+        (2..kept.len())
+            .map(|i| [kept[0], kept[i - 1], kept[i]])
+            .collect::<Vec<_>>()
     })
 }
 
@@ -302,8 +357,9 @@ impl Integrand<2> for GgxLobe {
         // Rounding may put a direction of the horizon just below it.
         let cos_theta = direction.z.max(0.0);
         let half_vector = direction + self.view;
-        let value =
-            ggx_distribution(half_vector, self.alpha) * ggx_visibility(cos_theta, self.view.z, self.alpha) * cos_theta;
+        let value = ggx_distribution(half_vector, self.alpha)
+            * ggx_visibility(cos_theta, self.view.z, self.alpha)
+            * cos_theta;
         // |l + v| = 2 h.v for unit directions, without the cancellation of the dot product.
         [value, value * schlick_weight(0.5 * half_vector.length())]
     }
@@ -318,7 +374,9 @@ impl Integrand<2> for GgxLobe {
         let slope_scale = self.alpha.hypot(distance_to_origin(&slopes));
         let lowest = triangle.iter().fold(1.0, |m: f64, l| m.min(l.z));
         let cosine_scale = self.alpha.hypot(lowest);
-        let angle_scale = triangle.iter().fold(SMOOTH_ANGLE, |m: f64, l| m.min(l.distance(-self.view)));
+        let angle_scale = triangle
+            .iter()
+            .fold(SMOOTH_ANGLE, |m: f64, l| m.min(l.distance(-self.view)));
         [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
             let angle = triangle[i].distance(triangle[j]) / angle_scale;
             let slope = slopes[i].distance(slopes[j]) / slope_scale;

@@ -6,8 +6,8 @@ mod polygon;
 mod quadrature;
 
 pub use cubature::{
-    CubatureError, GgxIntegral, Integral, VectorIntegral, form_factor, ggx, ggx_albedo, irradiance, light_vector,
-    solid_angle,
+    CubatureError, GgxIntegral, Integral, VectorIntegral, form_factor, ggx, ggx_albedo, irradiance,
+    light_vector, solid_angle,
 };
 pub use ggx::ggx_brdf;
 pub use polygon::{Polygon, PolygonError};

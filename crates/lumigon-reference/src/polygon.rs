@@ -43,7 +43,9 @@ pub enum PolygonError {
         loop_index: usize,
     },
     /// The loops enclose no area together: holes are as large as outlines.
-    #[error("the loops enclose no area together; holes run clockwise and lie inside the outer loop")]
+    #[error(
+        "the loops enclose no area together; holes run clockwise and lie inside the outer loop"
+    )]
     NothingLeft,
     /// A vertex is off the common plane by more than 1e-4 of the polygon's extent.
     #[error(
@@ -121,12 +123,22 @@ impl Polygon {
             .iter()
             .map(|vertices| vertices.iter().map(|&v| DVec3::from(v) - origin).collect())
             .collect();
-        let largest = loops.iter().flatten().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let extent = offsets.iter().flatten().fold(0.0, |m: f64, v| m.max(v.length()));
+        let largest = loops
+            .iter()
+            .flatten()
+            .flatten()
+            .fold(0.0, |m: f64, x| m.max(x.abs()));
+        let extent = offsets
+            .iter()
+            .flatten()
+            .fold(0.0, |m: f64, v| m.max(v.length()));
         // A few dozen roundings of the products below.
         let smallest_area = (1e-14 * extent * extent.max(largest)).max(f64::MIN_POSITIVE);
 
-        let vector_areas: Vec<DVec3> = offsets.iter().map(|vertices| vector_area(vertices)).collect();
+        let vector_areas: Vec<DVec3> = offsets
+            .iter()
+            .map(|vertices| vector_area(vertices))
+            .collect();
         for (loop_index, area) in vector_areas.iter().enumerate() {
             if area.length() <= smallest_area {
                 return Err(PolygonError::ZeroArea { loop_index });
@@ -140,7 +152,12 @@ impl Polygon {
         let normal = vector_area / enclosed;
 
         let count = offsets.iter().map(Vec::len).sum::<usize>() as f64;
-        let plane = offsets.iter().flatten().map(|v| normal.dot(*v)).sum::<f64>() / count;
+        let plane = offsets
+            .iter()
+            .flatten()
+            .map(|v| normal.dot(*v))
+            .sum::<f64>()
+            / count;
         for (loop_index, vertices) in offsets.iter().enumerate() {
             for (vertex_index, vertex) in vertices.iter().enumerate() {
                 let distance = (normal.dot(*vertex) - plane).abs();
@@ -276,8 +293,16 @@ fn triangulate(
             positions.extend(&flat[hole]);
         }
         let mut indices: Vec<usize> = Vec::new();
-        earcut.earcut(positions.iter().map(|p| [p.x, p.y]), &hole_starts, &mut indices);
-        triangles.extend(indices.chunks_exact(3).map(|t| [vertices[t[0]], vertices[t[1]], vertices[t[2]]]));
+        earcut.earcut(
+            positions.iter().map(|p| [p.x, p.y]),
+            &hole_starts,
+            &mut indices,
+        );
+        triangles.extend(
+            indices
+                .chunks_exact(3)
+                .map(|t| [vertices[t[0]], vertices[t[1]], vertices[t[2]]]),
+        );
     }
     Ok(triangles)
 }
@@ -305,7 +330,10 @@ mod tests {
         if hole {
             corners.reverse();
         }
-        corners.iter().map(|c| [c[0] + centre[0], c[1] + centre[1], 5.0]).collect()
+        corners
+            .iter()
+            .map(|c| [c[0] + centre[0], c[1] + centre[1], 5.0])
+            .collect()
     }
 
     #[test]
@@ -333,25 +361,44 @@ mod tests {
         assert_eq!(error(&[]), PolygonError::NoLoops);
         assert_eq!(
             error(&[good.clone(), vec![[0.0; 3]; 2]]),
-            PolygonError::TooFewVertices { loop_index: 1, count: 2 }
+            PolygonError::TooFewVertices {
+                loop_index: 1,
+                count: 2
+            }
         );
         let mut broken = good.clone();
         broken[2][1] = f64::NAN;
         assert!(matches!(
             error(&[broken.clone()]),
-            PolygonError::NotFinite { loop_index: 0, vertex_index: 2, .. }
+            PolygonError::NotFinite {
+                loop_index: 0,
+                vertex_index: 2,
+                ..
+            }
         ));
         broken[2] = [1.0, 1.0, 5.1];
-        assert!(matches!(error(&[broken]), PolygonError::NotPlanar { loop_index: 0, .. }));
+        assert!(matches!(
+            error(&[broken]),
+            PolygonError::NotPlanar { loop_index: 0, .. }
+        ));
         let line = vec![[0.0; 3], [0.1, 0.2, 0.3], [0.2, 0.4, 0.6], [0.1, 0.2, 0.3]];
         assert_eq!(error(&[line]), PolygonError::ZeroArea { loop_index: 0 });
         assert_eq!(
             error(&[good.clone(), square(1.0, [0.0, 0.0], true)]),
             PolygonError::NothingLeft
         );
-        let islands = [good.clone(), square(1.0, [4.0, 0.0], false), square(0.5, [9.0, 0.0], true)];
+        let islands = [
+            good.clone(),
+            square(1.0, [4.0, 0.0], false),
+            square(0.5, [9.0, 0.0], true),
+        ];
         assert_eq!(error(&islands), PolygonError::HoleOutside { loop_index: 2 });
-        let bow = vec![[0.0, 0.0, 0.0], [2.0, 2.0, 0.0], [2.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let bow = vec![
+            [0.0, 0.0, 0.0],
+            [2.0, 2.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+        ];
         assert!(matches!(error(&[bow]), PolygonError::Crossing { .. }));
         assert!(matches!(
             error(&[good, square(0.5, [1.0, 0.0], true)]),

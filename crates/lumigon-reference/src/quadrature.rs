@@ -23,12 +23,12 @@ pub struct Tolerance {
 }
 
 impl Default for Tolerance {
-    /// 1e-9 absolute or relative, within ten million evaluations.
+    /// 1e-9 absolute or relative, within two million evaluations (a few thousand are usual).
     fn default() -> Self {
         Self {
             absolute: 1e-9,
             relative: 1e-9,
-            max_evaluations: 10_000_000,
+            max_evaluations: 2_000_000,
         }
     }
 }
@@ -72,7 +72,6 @@ pub(crate) fn integrate<const N: usize>(
     let mut pieces = BinaryHeap::new();
     let mut finished = Sum::default();
     let mut pending: Vec<[DVec3; 3]> = triangles.into_iter().collect();
-    let mut error = 0.0;
     loop {
         while let Some(triangle) = pending.pop() {
             let extents = integrand.edge_extents(&triangle);
@@ -85,7 +84,6 @@ pub(crate) fn integrate<const N: usize>(
             }
             let piece = rule.apply(integrand, triangle);
             evaluations += rule.points.len();
-            error += piece.error;
             if piece.error <= piece.roundoff {
                 finished.add(&piece);
             } else {
@@ -93,17 +91,19 @@ pub(crate) fn integrate<const N: usize>(
             }
         }
         // The running sum would drift after many subtractions; the true one is cheap beside the sampling.
-        let total = pieces.iter().fold(finished, |mut sum: Sum<N>, piece: &Piece<N>| {
-            sum.add(piece);
-            sum
-        });
-        error = total.error;
+        let total = pieces
+            .iter()
+            .fold(finished, |mut sum: Sum<N>, piece: &Piece<N>| {
+                sum.add(piece);
+                sum
+            });
+        let mut error = total.error;
         let magnitude = total.value.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let converged = error <= tolerance.absolute.max(tolerance.relative * magnitude);
         if converged || pieces.is_empty() || evaluations >= tolerance.max_evaluations {
             return Outcome {
                 value: total.value,
-                error,
+                error: total.error,
                 converged,
             };
         }
@@ -120,7 +120,9 @@ pub(crate) fn integrate<const N: usize>(
 
 /// Index and size of the largest of three.
 fn longest(extents: [f64; 3]) -> (usize, f64) {
-    let index = (0..3).max_by(|&i, &j| extents[i].total_cmp(&extents[j])).unwrap_or(0);
+    let index = (0..3)
+        .max_by(|&i, &j| extents[i].total_cmp(&extents[j]))
+        .unwrap_or(0);
     (index, extents[index])
 }
 
@@ -203,7 +205,11 @@ impl Rule {
             let scale = 1.0 / (2 * shell + 3) as f64;
             for i in 0..=shell {
                 for j in 0..=shell - i {
-                    points.push(((2 * i + 1) as f64 * scale, (2 * j + 1) as f64 * scale, shell));
+                    points.push((
+                        (2 * i + 1) as f64 * scale,
+                        (2 * j + 1) as f64 * scale,
+                        shell,
+                    ));
                 }
             }
         }
@@ -211,15 +217,26 @@ impl Rule {
         let mut weights = [[0.0; SHELLS]; SHELLS];
         for (s, row) in weights.iter_mut().enumerate() {
             for (shell, weight) in row.iter_mut().enumerate().take(s + 1) {
-                let sign = if (s - shell).is_multiple_of(2) { 1.0 } else { -1.0 };
-                *weight = sign * 2.0 * 0.25_f64.powi(s as i32) * ((2 * shell + 3) as f64).powi(2 * s as i32 + 1)
+                let sign = if (s - shell).is_multiple_of(2) {
+                    1.0
+                } else {
+                    -1.0
+                };
+                *weight = sign
+                    * 2.0
+                    * 0.25_f64.powi(s as i32)
+                    * ((2 * shell + 3) as f64).powi(2 * s as i32 + 1)
                     / (factorial(s - shell) * factorial(s + shell + 3));
             }
         }
         Self { points, weights }
     }
 
-    fn apply<const N: usize>(&self, integrand: &impl Integrand<N>, triangle: [DVec3; 3]) -> Piece<N> {
+    fn apply<const N: usize>(
+        &self,
+        integrand: &impl Integrand<N>,
+        triangle: [DVec3; 3],
+    ) -> Piece<N> {
         let [a, b, c] = triangle;
         let (ab, ac) = (b - a, c - a);
         // Clockwise counts positive; half of it is the chord's area element over the unit triangle.
@@ -230,7 +247,10 @@ impl Rule {
             let x = a + u * ab + v * ac;
             let inverse = x.length_recip();
             let element = jacobian * inverse * inverse * inverse;
-            for (sum, f) in shells[shell].iter_mut().zip(integrand.evaluate(x * inverse)) {
+            for (sum, f) in shells[shell]
+                .iter_mut()
+                .zip(integrand.evaluate(x * inverse))
+            {
                 *sum += element * f;
                 largest = largest.max((element * f).abs());
             }
@@ -238,8 +258,13 @@ impl Rule {
         let mut value = [0.0; N];
         let mut error = 0.0_f64;
         for (k, result) in value.iter_mut().enumerate() {
-            let estimate = |s: usize| -> f64 { (0..=s).map(|shell| self.weights[s][shell] * shells[shell][k]).sum() };
-            let estimates: [f64; 4] = [SHELLS - 1, SHELLS - 2, SHELLS - 3, SHELLS - 4].map(estimate);
+            let estimate = |s: usize| -> f64 {
+                (0..=s)
+                    .map(|shell| self.weights[s][shell] * shells[shell][k])
+                    .sum()
+            };
+            let estimates: [f64; 4] =
+                [SHELLS - 1, SHELLS - 2, SHELLS - 3, SHELLS - 4].map(estimate);
             *result = estimates[0];
             error = error.max(estimate_error(estimates));
         }
@@ -263,7 +288,11 @@ fn estimate_error(estimates: [f64; 4]) -> f64 {
         return 0.0;
     }
     let rate = (d0 / d1).max(d1 / d2);
-    if rate < 0.25 { 4.0 * rate * d0 } else { d0.max(0.25 * d1) }
+    if rate < 0.25 {
+        4.0 * rate * d0
+    } else {
+        d0.max(0.25 * d1)
+    }
 }
 
 #[cfg(test)]
@@ -279,13 +308,21 @@ mod tests {
                 let sum: f64 = rule
                     .points
                     .iter()
-                    .map(|&(u, v, shell)| rule.weights[s as usize][shell] * u.powi(p as i32) * v.powi(q as i32))
+                    .map(|&(u, v, shell)| {
+                        rule.weights[s as usize][shell] * u.powi(p as i32) * v.powi(q as i32)
+                    })
                     .sum();
                 let exact = 2.0 * factorial(p) * factorial(q) / factorial(p + q + 2);
                 if p + q <= 2 * s + 1 {
-                    assert!((sum - exact).abs() < 1e-13, "degree {s}: u^{p} v^{q}: {sum} {exact}");
+                    assert!(
+                        (sum - exact).abs() < 1e-13,
+                        "degree {s}: u^{p} v^{q}: {sum} {exact}"
+                    );
                 } else if q == 0 {
-                    assert!((sum - exact).abs() > 1e-9, "degree {s}: u^{p} is integrated exactly");
+                    assert!(
+                        (sum - exact).abs() > 1e-9,
+                        "degree {s}: u^{p} is integrated exactly"
+                    );
                 }
             }
         }
@@ -306,10 +343,17 @@ mod tests {
     #[test]
     fn octant_of_a_power_of_the_cosine() {
         for n in [0, 1, 2, 9, 300] {
-            let outcome = integrate(&Power(n), [[DVec3::Z, DVec3::Y, DVec3::X]], Tolerance::default());
+            let outcome = integrate(
+                &Power(n),
+                [[DVec3::Z, DVec3::Y, DVec3::X]],
+                Tolerance::default(),
+            );
             let exact = std::f64::consts::FRAC_PI_2 / f64::from(n + 1);
             assert!(outcome.converged, "{n}: {outcome:?}");
-            assert!((outcome.value[0] - exact).abs() <= outcome.error + 1e-14, "{n}: {outcome:?} {exact}");
+            assert!(
+                (outcome.value[0] - exact).abs() <= outcome.error + 1e-14,
+                "{n}: {outcome:?} {exact}"
+            );
         }
     }
 }
