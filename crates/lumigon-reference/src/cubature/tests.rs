@@ -234,7 +234,7 @@ fn sharp_and_grazing_lobes_converge_and_add_up() {
             };
             let albedo = ggx_albedo(view[2], alpha, tolerance).unwrap();
             // A ceiling that hides the sky, cut in four at an arbitrary place.
-            let (x, y, far) = (-0.37, 0.11, 1e9);
+            let (x, y, far) = (-0.37, 0.11, 1e7);
             let mut sum = [0.0; 2];
             for (xs, ys) in [
                 ([-far, x], [-far, y]),
@@ -250,9 +250,9 @@ fn sharp_and_grazing_lobes_converge_and_add_up() {
             let error = (sum[0] - albedo.value)
                 .abs()
                 .max((sum[1] - albedo.schlick).abs());
-            // Five estimated errors, and the sliver of sky that the ceiling leaves open.
+            // Five estimated errors, the sliver of sky that the ceiling leaves open, and rounding of its far corners.
             assert!(
-                error < 5.0 * absolute + 4e-9,
+                error < 5.0 * absolute + 1e-8,
                 "{alpha} {degrees}: {albedo:?} {sum:?}"
             );
         }
