@@ -8,6 +8,8 @@
 mod check;
 #[path = "make/cornell.rs"]
 mod cornell;
+#[path = "make/gallery.rs"]
+mod gallery;
 #[path = "make/glb.rs"]
 mod glb;
 #[path = "make/mesh.rs"]
@@ -20,6 +22,8 @@ mod quads;
 mod random;
 #[path = "make/rotation.rs"]
 mod rotation;
+#[path = "make/texture.rs"]
+mod texture;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -30,6 +34,7 @@ pub(crate) type Scene = (&'static str, Vec<u8>);
 /// Every scene.
 pub(crate) fn scenes() -> Vec<Scene> {
     vec![
+        ("gallery.glb", gallery::gallery()),
         ("cornell.glb", cornell::cornell()),
         ("quads-10.glb", quads::quads(10)),
         ("quads-20.glb", quads::quads(20)),

@@ -113,7 +113,7 @@ pub(crate) fn spheres() -> Vec<u8> {
             Node::new(&name)
                 .mesh(mesh)
                 .translation([k as f64 - 2.0, 0.0, 0.0])
-                .scale([0.45; 3]),
+                .scale([0.48; 3]),
         );
     }
     let outline = Outline::rectangle(3.0, 2.0);
@@ -124,6 +124,6 @@ pub(crate) fn spheres() -> Vec<u8> {
         [-0.5, 2.2, 1.6],
         DVec3::new(0.15, -1.0, -0.6).to_array(),
     );
-    camera(&mut glb, [0.0, 0.5, 6.0], [0.0, 0.0, 0.0]);
+    camera(&mut glb, [0.0, 1.0, 5.6], [0.0, 0.25, 0.0]);
     glb.finish()
 }

@@ -42,21 +42,22 @@ fn above(k: u32, count: u32, random: &mut Random) -> Placement {
     }
 }
 
-/// Light `k` of `count` on the ellipse around the picture, cutting the surface.
+/// Light `k` of `count` around the picture, cutting the surface.
 fn border(k: u32, count: u32, random: &mut Random) -> Placement {
     let angle = (f64::from(k) + random.range(0.3, 0.7)) / f64::from(count);
     let (sin, cos) = libm::sincos(std::f64::consts::TAU * angle);
-    // 1.5 > sqrt 2: the ellipse clears the rectangle's corners.
+    // Out to a rectangle a quarter larger than the picture.
+    let reach = 1.25 / sin.abs().max(cos.abs());
     let position = DVec3::new(
-        1.5 * HALF_WIDTH * cos,
+        reach * HALF_WIDTH * cos,
         random.range(-0.1, 0.2),
-        1.5 * HALF_HEIGHT * sin,
+        reach * HALF_HEIGHT * sin,
     );
     let inwards = DVec3::new(-position.x, random.range(0.2, 0.5), -position.z);
     Placement {
         position,
         rotation: facing(inwards) * turn(DVec3::Z, random.range(-20.0, 20.0)),
-        size: [random.range(0.6, 1.2), random.range(0.6, 1.0)],
+        size: [random.range(0.5, 1.0), random.range(0.5, 0.9)],
     }
 }
 
@@ -93,7 +94,7 @@ pub(crate) fn quads(count: u32) -> Vec<u8> {
             above(k - cutting, count - cutting, &mut random)
         };
         // Total power stays about the same for every count.
-        let strength = random.range(60.0, 140.0) / f64::from(count);
+        let strength = random.range(120.0, 240.0) / f64::from(count);
         let radiance = tint(random.unit()).map(|x| strength * x);
         let name = format!("light {k}");
         let material = glb.emitter(&name, radiance, false);
