@@ -31,7 +31,7 @@ fn room(glb: &mut Glb) {
         columns: 8,
         rows: 16,
     };
-    let colours = glb.texture("bricks, reflectance", &bricks.colours([0.42, 0.40, 0.38]));
+    let colours = glb.texture("bricks, reflectance", &bricks.colours([0.48, 0.465, 0.45]));
     let normals = glb.texture("bricks, normals", &bricks.normals());
     // One texture spans 2.6 m: bricks of 0.32 m by 0.16 m.
     let scale = [width / 2.6, HEIGHT / 2.6];
@@ -62,7 +62,7 @@ fn room(glb: &mut Glb) {
 
     let slabs = Slabs { count: 4 };
     let colours = glb.texture("slabs, reflectance", &slabs.colours([0.11, 0.105, 0.11]));
-    let polish = glb.texture("slabs, polish", &slabs.polish(0.12, 0.34));
+    let polish = glb.texture("slabs, polish", &slabs.polish(0.10, 0.30));
     // Four slabs of 0.8 m to a texture.
     let scale = [width / 3.2, length / 3.2];
     let base_colour_texture = glb.tiled(colours, scale);
@@ -85,7 +85,7 @@ fn room(glb: &mut Glb) {
         floor,
     );
 
-    let plaster = glb.surface("plaster", [0.30, 0.29, 0.31], 0.0, 0.8);
+    let plaster = glb.surface("plaster", [0.5, 0.49, 0.5], 0.0, 0.8);
     for (name, corner, u, v) in [
         (
             "left wall",
@@ -129,66 +129,93 @@ fn lights(glb: &mut Glb) {
     light(
         glb,
         "star",
-        &Outline::star(5, 0.95, 0.42),
-        [7.0, 3.9, 1.2],
+        &Outline::star(5, 0.85, 0.38),
+        [4.8, 2.4, 0.5],
         true,
         |node| {
-            node.translation([-2.7, 2.75, BACK + 0.3])
+            node.translation([-1.75, 2.85, BACK + 0.3])
                 .rotation(turn(DVec3::Z, 9.0))
         },
     );
     light(
         glb,
-        "ring",
-        &Outline::ring(1.1, 0.84, 64),
-        [0.7, 3.9, 4.3],
+        "letter",
+        &Outline::letter_r(),
+        [4.6, 0.38, 1.8],
         true,
-        |node| node.translation([0.35, 2.55, BACK + 0.3]),
+        |node| {
+            node.translation([1.15, 1.85, BACK + 0.3])
+                .scale([1.7, 1.7, 1.0])
+        },
     );
     light(
         glb,
-        "letter",
-        &Outline::letter_r(),
-        [6.0, 0.8, 2.8],
+        "ring",
+        &Outline::ring(1.15, 0.9, 64),
+        [0.16, 2.5, 2.9],
         true,
         |node| {
-            node.translation([3.1, 1.7, BACK + 0.3])
-                .scale([1.75, 1.75, 1.0])
+            node.translation([3.75, 1.17, -2.3])
+                .rotation(facing(DVec3::new(-0.75, 0.0, 1.0)))
         },
     );
     light(
         glb,
         "sun",
-        &Outline::disk(0.9, 64),
-        [8.0, 2.6, 0.8],
-        false,
+        &Outline::disk(1.0, 64),
+        [5.0, 1.2, 0.16],
+        true,
         |node| {
-            node.translation([-3.4, 0.1, -2.2])
+            node.translation([-3.95, 0.15, -2.6])
                 .rotation(facing(DVec3::new(0.35, 0.0, 1.0)))
         },
     );
 
     // The two panels are one mesh; the right one is its mirror image.
-    let material = glb.emitter("panel", [6.0, 5.6, 5.0], false);
+    let material = glb.emitter("panel", [1.7, 1.65, 1.6], false);
     let geometry = glb.geometry(&Mesh::polygon(&Outline::rectangle(1.0, 1.0)));
     let panel = glb.mesh("panel", &geometry, material);
     for (name, side) in [("left panel", 1.0), ("right panel", -1.0)] {
         let child = Node::new(&format!("{name}, placed"))
             .mesh(panel)
-            .translation([-2.6, 4.7, 3.2])
-            .rotation(facing(DVec3::new(0.45, -1.0, -0.55)))
-            .scale([1.7, 1.0, 1.0]);
+            .translation([-2.6, 4.4, 2.6])
+            .rotation(facing(DVec3::new(0.2, -1.0, -0.2)))
+            .scale([3.6, 2.4, 1.0]);
         glb.group(Node::new(name).scale([side, 1.0, 1.0]), vec![child]);
     }
+    for (name, side, radiance) in [
+        ("left side panel", 1.0, [3.4, 1.7, 0.75]),
+        ("right side panel", -1.0, [0.75, 1.9, 2.9]),
+    ] {
+        let material = glb.emitter(name, radiance, false);
+        let side_panel = glb.mesh(name, &geometry, material);
+        let child = Node::new(&format!("{name}, placed"))
+            .mesh(side_panel)
+            .translation([-5.0, 2.0, 3.4])
+            .rotation(facing(DVec3::new(1.0, 0.0, -0.1)))
+            .scale([3.4, 3.2, 1.0]);
+        glb.group(Node::new(name).scale([side, 1.0, 1.0]), vec![child]);
+    }
+    light(
+        glb,
+        "front panel",
+        &Outline::rectangle(8.0, 3.0),
+        [0.45, 0.45, 0.48],
+        false,
+        |node| {
+            node.translation([0.0, 2.8, 8.8])
+                .rotation(facing(DVec3::NEG_Z))
+        },
+    );
 }
 
 fn spheres(glb: &mut Glb) {
-    const COUNT: u32 = 6;
-    const RADIUS: f64 = 0.34;
+    const COUNT: u32 = 5;
+    const RADIUS: f64 = 0.36;
     const SPACING: f64 = 0.92;
     let stone = glb.surface("plinth", [0.05, 0.05, 0.055], 0.0, 0.5);
     let half = SPACING * f64::from(COUNT) / 2.0;
-    for (name, z, height) in [("upper step", -1.1, 0.55), ("lower step", -0.2, 0.14)] {
+    for (name, z, height) in [("upper step", -0.5, 0.55), ("lower step", 0.4, 0.14)] {
         object(
             glb,
             name,
@@ -204,8 +231,8 @@ fn spheres(glb: &mut Glb) {
         let perceptual_roughness = 0.1 + 0.9 * f64::from(k) / f64::from(COUNT - 1);
         let x = SPACING * (f64::from(k) - f64::from(COUNT - 1) / 2.0);
         for (kind, colour, metallic, y, z) in [
-            ("metal", [0.95, 0.83, 0.62], 1.0, 0.55, -1.1),
-            ("dielectric", [0.62, 0.60, 0.58], 0.0, 0.14, -0.2),
+            ("metal", [1.0, 0.78, 0.45], 1.0, 0.55, -0.5),
+            ("dielectric", [0.8, 0.78, 0.75], 0.0, 0.14, 0.4),
         ] {
             let name = format!("{kind} {k}");
             let material = glb.surface(&name, colour, metallic, perceptual_roughness);
@@ -226,12 +253,12 @@ pub(crate) fn gallery() -> Vec<u8> {
     lights(&mut glb);
     spheres(&mut glb);
     let camera = glb.camera(1.6, 38_f64.to_radians());
-    let eye = DVec3::new(0.0, 1.7, 7.6);
+    let eye = DVec3::new(0.0, 1.9, 7.6);
     glb.root(
         Node::new("hero")
             .camera(camera)
             .translation(eye.to_array())
-            .rotation(looking(eye, DVec3::new(0.0, 1.45, 0.0))),
+            .rotation(looking(eye, DVec3::new(0.0, 1.2, 0.0))),
     );
     glb.finish()
 }
