@@ -15,9 +15,10 @@ use crate::vec3::Vec3;
 /// plane, x towards the viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ltc<T> {
-    /// Rows of M^-1 up to a factor, `[[a, 0, b], [0, c, 0], [d, 0, 1]]`, as (a, b, c, d).
+    /// Rows of M^-1 divided by its middle element, `[[m11, 0, m13], [0, 1, 0], [m31, 0, m33]]`, as
+    /// (m11, m13, m31, m33). A factor does not matter: directions have no length.
     ///
-    /// a, c and a - b d must be positive: the map keeps orientation.
+    /// m11 and m11 m33 - m13 m31 must be positive: the map keeps orientation.
     pub shading_to_cosine: [T; 4],
     /// Integral of the lobe over the hemisphere with F = 1.
     pub amplitude: T,
@@ -31,7 +32,7 @@ impl<T: Real> Ltc<T> {
     pub fn cosine(like: T) -> Self {
         let (zero, one) = (like.constant(0.0), like.constant(1.0));
         Self {
-            shading_to_cosine: [one, zero, one, zero],
+            shading_to_cosine: [one, zero, zero, one],
             amplitude: one,
             schlick: zero,
         }
@@ -48,18 +49,18 @@ impl<T: Real> Ltc<T> {
     /// integrates to 1 over the sphere. 0 outside the transformed hemisphere.
     #[inline(always)]
     pub fn density(&self, light: Vec3<T>) -> T {
-        let [a, b, c, d] = self.shading_to_cosine;
+        let [m11, m13, m31, m33] = self.shading_to_cosine;
         let cosine = Vec3::new(
-            a.mul_add(light.x, b * light.z),
-            c * light.y,
-            d.mul_add(light.x, light.z),
+            m11.mul_add(light.x, m13 * light.z),
+            light.y,
+            m31.mul_add(light.x, m33 * light.z),
         );
-        let zero = a.constant(0.0);
-        let determinant = c * (a - b * d);
+        let zero = m11.constant(0.0);
+        let determinant = m11 * m33 - m13 * m31;
         let squared = cosine.dot(cosine);
         // D0(w0) |M^-1| / |M^-1 w|^3 with w0 normalised: the fourth power of the length.
-        let value =
-            cosine.z * determinant * a.constant(core::f64::consts::FRAC_1_PI) / (squared * squared);
+        let value = cosine.z * determinant * m11.constant(core::f64::consts::FRAC_1_PI)
+            / (squared * squared);
         T::select(cosine.z.gt(zero), value, zero)
     }
 
@@ -67,13 +68,13 @@ impl<T: Real> Ltc<T> {
     /// distributed directions become directions distributed as [`Ltc::density`].
     #[inline(always)]
     pub fn cosine_to_shading(&self, direction: Vec3<T>) -> Vec3<T> {
-        let [a, b, c, d] = self.shading_to_cosine;
+        let [m11, m13, m31, m33] = self.shading_to_cosine;
         // The inverse of M^-1 up to a positive factor.
-        let determinant = a - b * d;
+        let determinant = m11 * m33 - m13 * m31;
         Vec3::new(
-            direction.x - b * direction.z,
-            direction.y * determinant / c,
-            a * direction.z - d * direction.x,
+            m33 * direction.x - m13 * direction.z,
+            direction.y * determinant,
+            m11 * direction.z - m31 * direction.x,
         )
         .normalize_or_zero()
     }
@@ -108,20 +109,20 @@ impl<T: Real> PreparedLtc<T> {
         let (any_tangent, _) = normal.orthonormal_basis();
         let tangent = Vec3::select(has_azimuth, tangent, any_tangent).normalize_or_zero();
         let bitangent = normal.cross(tangent);
-        let [a, b, c, d] = ltc.shading_to_cosine;
+        let [m11, m13, m31, m33] = ltc.shading_to_cosine;
         let rows = [
-            tangent * a + normal * b,
-            bitangent * c,
-            tangent * d + normal,
+            tangent * m11 + normal * m13,
+            bitangent,
+            tangent * m31 + normal * m33,
         ];
         // Scaled so that no offset of length 1 becomes longer (Frobenius norm).
         let squared_norm = rows[0].dot(rows[0]) + rows[1].dot(rows[1]) + rows[2].dot(rows[2]);
-        let scale = a.constant(1.0) / squared_norm.sqrt();
+        let scale = m11.constant(1.0) / squared_norm.sqrt();
         let rows = rows.map(|row| row * scale);
-        let (zero, one) = (a.constant(0.0), a.constant(1.0));
+        let (zero, one) = (m11.constant(0.0), m11.constant(1.0));
         // The two planes rise against each other in opposite half circles. Where they coincide
-        // (d = 0) any pair of opposite ones is right, but it must be a pair: both from one sign.
-        let sign = T::select(d.lt(zero), -one, one);
+        // (m31 = 0) any pair of opposite ones is right, but it must be a pair: both from one sign.
+        let sign = T::select(m31.lt(zero), -one, one);
         Self {
             rows,
             cofactors: [
@@ -131,9 +132,9 @@ impl<T: Real> PreparedLtc<T> {
             ],
             normal,
             // M^T n up to a factor: the third row of M.
-            horizon: Vec3::new(-d, zero, a).normalize_or_zero(),
+            horizon: Vec3::new(-m31, zero, m11).normalize_or_zero(),
             horizon_rise: Vec3::new(-sign, zero, zero),
-            lobe_rise: Vec3::new(a * sign, zero, d * sign),
+            lobe_rise: Vec3::new(m11 * sign, zero, m31 * sign),
         }
     }
 

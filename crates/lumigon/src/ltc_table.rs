@@ -72,12 +72,11 @@ impl LtcTable {
                 })
             })
             .collect();
-        for (i, &[a, b, c, d, amplitude, schlick, ..]) in texels.iter().enumerate() {
-            let numbers = [a, b, c, d, amplitude, schlick];
+        for (i, &[m11, m13, m31, m33, amplitude, schlick, ..]) in texels.iter().enumerate() {
+            let numbers = [m11, m13, m31, m33, amplitude, schlick];
             let is_lobe = numbers.iter().all(|x| x.is_finite())
-                && a > 0.0
-                && c > 0.0
-                && a - b * d > 0.0
+                && m11 > 0.0
+                && m11 * m33 - m13 * m31 > 0.0
                 && amplitude >= 0.0;
             if !is_lobe {
                 return Err(LtcTableError::Texel {
