@@ -120,10 +120,14 @@ pub struct Watch<'a> {
 
 impl Watch<'_> {
     /// Neither follows nor stops.
-    pub const NONE: Watch<'static> = Watch {
-        progress: &|_, _| {},
-        cancelled: &AtomicBool::new(false),
-    };
+    #[must_use]
+    pub fn none() -> Watch<'static> {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Watch {
+            progress: &|_, _| {},
+            cancelled: &NEVER,
+        }
+    }
 
     pub(crate) fn is_cancelled(&self) -> bool {
         self.cancelled.load(Ordering::Relaxed)
