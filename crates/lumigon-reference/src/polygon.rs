@@ -174,7 +174,7 @@ impl Polygon {
 
         let triangles: Vec<[DVec3; 3]> = triangulate(&offsets, &vector_areas, normal)?;
         let covered: f64 = triangles.iter().map(|t| signed_area(t, normal).abs()).sum();
-        if (covered - enclosed).abs() > 1e-6 * enclosed + smallest_area * count {
+        if (covered - enclosed).abs() > 1e-9 * enclosed + smallest_area * count {
             return Err(PolygonError::Crossing { covered, enclosed });
         }
         let centroid = triangles
