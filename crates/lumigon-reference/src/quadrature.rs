@@ -299,8 +299,8 @@ fn estimate_error(estimates: [f64; 4]) -> f64 {
         return 0.0;
     }
     let rate = (d0 / d1).max(d1 / d2);
-    if rate < 0.25 {
-        4.0 * rate * d0
+    if rate < 0.1 {
+        10.0 * rate * d0
     } else {
         d0.max(0.25 * d1)
     }
