@@ -1,0 +1,120 @@
+//! `quads-N.glb`: one surface that fills the picture, lit by N quads, to time the cost of a light.
+//!
+//! Seed of the comparison: a screen of 1440 x 900 pixels covered by one lit surface. The camera hangs below
+//! the lights and looks straight down, so no light hides the surface; every fifth light stands at the border
+//! outside the picture, cuts the surface's horizon and faces inwards.
+
+use super::glb::{Glb, Node};
+use super::mesh::Mesh;
+use super::outline::Outline;
+use super::random::Random;
+use super::rotation::{facing, looking, turn};
+use glam::{DQuat, DVec3};
+
+const EYE: f64 = 3.0;
+const HALF_WIDTH: f64 = 3.2;
+const HALF_HEIGHT: f64 = 2.0;
+
+/// Where a light stands and how it is turned.
+struct Placement {
+    position: DVec3,
+    rotation: DQuat,
+    size: [f64; 2],
+}
+
+/// Cell `k` of `count` over the visible rectangle, jittered, above the camera and facing down within 45 degrees.
+fn above(k: u32, count: u32, random: &mut Random) -> Placement {
+    let columns = libm::ceil(libm::sqrt(f64::from(count) * HALF_WIDTH / HALF_HEIGHT)) as u32;
+    let rows = count.div_ceil(columns);
+    let mut cell = |index: u32, of: u32, half: f64| {
+        let jittered = f64::from(index) + 0.5 + random.range(-0.3, 0.3);
+        1.1 * half * (2.0 * jittered / f64::from(of) - 1.0)
+    };
+    let x = cell(k % columns, columns, HALF_WIDTH);
+    let z = cell(k / columns, rows, HALF_HEIGHT);
+    let tilt = DVec3::new(random.range(-0.7, 0.7), -1.0, random.range(-0.7, 0.7));
+    let size = [random.range(0.25, 0.7), random.range(0.25, 0.7)];
+    Placement {
+        // No corner reaches down to the camera: half a diagonal is below 0.5.
+        position: DVec3::new(x, EYE + 0.6 + random.range(0.0, 0.6), z),
+        rotation: facing(tilt) * turn(DVec3::Z, random.range(0.0, 90.0)),
+        size,
+    }
+}
+
+/// Light `k` of `count` around the picture, cutting the surface.
+fn border(k: u32, count: u32, random: &mut Random) -> Placement {
+    let angle = (f64::from(k) + random.range(0.3, 0.7)) / f64::from(count);
+    let (sin, cos) = libm::sincos(std::f64::consts::TAU * angle);
+    // Out to a rectangle a quarter larger than the picture.
+    let reach = 1.25 / sin.abs().max(cos.abs());
+    let position = DVec3::new(
+        reach * HALF_WIDTH * cos,
+        random.range(-0.1, 0.2),
+        reach * HALF_HEIGHT * sin,
+    );
+    let inwards = DVec3::new(-position.x, random.range(0.2, 0.5), -position.z);
+    Placement {
+        position,
+        rotation: facing(inwards) * turn(DVec3::Z, random.range(-20.0, 20.0)),
+        size: [random.range(0.5, 1.0), random.range(0.5, 0.9)],
+    }
+}
+
+/// A pure hue in [0, 1) softened towards white.
+fn tint(hue: f64) -> [f64; 3] {
+    [0.0, 1.0 / 3.0, 2.0 / 3.0].map(|offset| {
+        let x = (hue + offset) % 1.0;
+        0.25 + 0.75 * ((6.0 * x - 3.0).abs() - 1.0).clamp(0.0, 1.0)
+    })
+}
+
+pub(crate) fn quads(count: u32) -> Vec<u8> {
+    let mut glb = Glb::new();
+    let mut random = Random(u64::from(count));
+    let surface = glb.surface("surface", [0.7, 0.68, 0.65], 0.0, 0.5);
+    let floor = glb.geometry(&Mesh::quad(
+        [-20.0, 0.0, 20.0],
+        [40.0, 0.0, 0.0],
+        [0.0, 0.0, -40.0],
+    ));
+    let floor = glb.mesh("surface", &floor, surface);
+    glb.root(Node::new("surface").mesh(floor));
+
+    let square = glb.geometry(&Mesh::polygon(&Outline::rectangle(1.0, 1.0)));
+    let cutting = count / 5;
+    for k in 0..count {
+        let Placement {
+            position,
+            rotation,
+            size,
+        } = if k < cutting {
+            border(k, cutting, &mut random)
+        } else {
+            above(k - cutting, count - cutting, &mut random)
+        };
+        // Total power stays about the same for every count.
+        let strength = random.range(120.0, 240.0) / f64::from(count);
+        let radiance = tint(random.unit()).map(|x| strength * x);
+        let name = format!("light {k}");
+        let material = glb.emitter(&name, radiance, false);
+        let mesh = glb.mesh(&name, &square, material);
+        glb.root(
+            Node::new(&name)
+                .mesh(mesh)
+                .translation(position.to_array())
+                .rotation(rotation)
+                .scale([size[0], size[1], 1.0]),
+        );
+    }
+
+    let camera = glb.camera(1.6, 2.0 * libm::atan(HALF_HEIGHT / EYE));
+    let eye = DVec3::new(0.0, EYE, 0.0);
+    glb.root(
+        Node::new("camera")
+            .camera(camera)
+            .translation(eye.to_array())
+            .rotation(looking(eye, DVec3::ZERO)),
+    );
+    glb.finish()
+}
