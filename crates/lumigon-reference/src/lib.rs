@@ -16,7 +16,8 @@
 //! let ceiling = vec![[-0.5, -0.5, 1.0], [-0.5, 0.5, 1.0], [0.5, 0.5, 1.0], [0.5, -0.5, 1.0]];
 //! let light = Polygon::new(&[ceiling], false)?;
 //! let result = form_factor(&light, [0.0; 3], [0.0, 0.0, 1.0], Tolerance::default())?;
-//! assert!((result.value - 0.239_437_5).abs() < 1e-6);
+//! let exact = 4.0 / (std::f64::consts::PI * 5_f64.sqrt()) * (1.0 / 5_f64.sqrt()).atan();
+//! assert!((result.value - exact).abs() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
