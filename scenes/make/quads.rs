@@ -1,6 +1,6 @@
 //! `quads-N.glb`: one surface that fills the picture, lit by N quads, to time the cost of a light.
 //!
-//! Seed of the comparison: a screen of 1440 x 900 pixels covered by one lit surface. The camera hangs below
+//! The comparison is of a screen of 1440 x 900 pixels covered by one lit surface. The camera hangs below
 //! the lights and looks straight down, so no light hides the surface; every fifth light stands at the border
 //! outside the picture, cuts the surface's horizon and faces inwards.
 
@@ -11,7 +11,7 @@ use super::random::Random;
 use super::rotation::{facing, looking, turn};
 use glam::{DQuat, DVec3};
 
-const EYE: f64 = 3.0;
+const EYE: f64 = 2.0;
 const HALF_WIDTH: f64 = 3.2;
 const HALF_HEIGHT: f64 = 2.0;
 
@@ -35,8 +35,8 @@ fn above(k: u32, count: u32, random: &mut Random) -> Placement {
     let tilt = DVec3::new(random.range(-0.7, 0.7), -1.0, random.range(-0.7, 0.7));
     let size = [random.range(0.25, 0.7), random.range(0.25, 0.7)];
     Placement {
-        // No corner reaches down to the camera: half a diagonal is below 0.5.
-        position: DVec3::new(x, EYE + 0.6 + random.range(0.0, 0.6), z),
+        // No corner reaches down to the camera: half a diagonal, tilted, is below 0.36.
+        position: DVec3::new(x, EYE + 0.45 + random.range(0.0, 0.5), z),
         rotation: facing(tilt) * turn(DVec3::Z, random.range(0.0, 90.0)),
         size,
     }
