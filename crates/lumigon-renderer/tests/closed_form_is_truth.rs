@@ -17,8 +17,8 @@ fn z_scores(scene: &str, seed: u64) -> (f64, f64, u32) {
         .unwrap_or_else(|| Camera::framing(&scene));
     let renderer = CpuRenderer::new(&scene).unwrap();
     let settings = RenderSettings {
-        width: 144,
-        height: 90,
+        width: 96,
+        height: 60,
         samples: 1,
         ..RenderSettings::default()
     };
@@ -27,7 +27,7 @@ fn z_scores(scene: &str, seed: u64) -> (f64, f64, u32) {
         width: settings.width,
         height: settings.height,
         samples: 1,
-        paths: 256,
+        paths: 1024,
         bounces: 1,
         shadows: false,
         seed,
@@ -61,7 +61,7 @@ fn exact_diffuse_is_within_the_reference_noise() {
     for scene in ["square.glb", "holes.glb", "horizon.glb", "spheres.glb"] {
         let (rms, bias, count) = z_scores(scene, 7);
         println!("{scene}: rms {rms:.3}, bias {bias:.3} over {count}");
-        assert!(count > 300, "{scene}: {count}");
+        assert!(count > 150, "{scene}: {count}");
         assert!((0.9..1.1).contains(&rms), "{scene}: rms {rms}");
         assert!(bias.abs() < 4.0, "{scene}: bias {bias}");
     }
