@@ -16,6 +16,8 @@ use crate::scene::{Mesh, error::Fault};
 pub(super) struct Primitive {
     pub(super) mesh: Mesh,
     pub(super) positions: Vec<DVec3>,
+    /// How far rounding in the file may have moved a position, in metres.
+    pub(super) noise: f64,
 }
 
 /// All primitives of one mesh that draw triangles, placed by one node.
@@ -190,6 +192,15 @@ impl Local {
             .iter()
             .map(|&p| world_from_local.transform_point3(DVec3::from(p.map(f64::from))))
             .collect();
+        // Half a unit in the last place of the largest coordinate, as large as the world makes it.
+        let matrix = &world_from_local.matrix3;
+        let scale = matrix.x_axis.length() + matrix.y_axis.length() + matrix.z_axis.length();
+        let largest = self
+            .positions
+            .as_flattened()
+            .iter()
+            .fold(0.0, |m: f32, x| m.max(x.abs()));
+        let noise = f64::from(largest) * f64::from(f32::EPSILON) * 0.5 * scale;
         let rounded: Vec<Vec3> = positions.iter().map(|p| p.as_vec3()).collect();
         if let Some(vertex) = rounded.iter().position(|p| !p.is_finite()) {
             return Err(Fault::new(
@@ -252,7 +263,11 @@ impl Local {
             colors: self.colors.iter().flatten().map(place_color).collect(),
             triangles,
         };
-        Ok(Primitive { mesh, positions })
+        Ok(Primitive {
+            mesh,
+            positions,
+            noise,
+        })
     }
 
     /// Gives every triangle vertices of its own, so that it can have a flat normal.
