@@ -9,9 +9,9 @@ use super::{facet::Facet, junction::Edge, weld::Welded};
 /// Vertices closer than this fraction of the facet's size to the line between their neighbours are
 /// dropped. A regular polygon of up to 10,000 corners keeps them all.
 const STRAIGHT: f64 = 1e-7;
-/// Holes are tried against outer loops, vertex by vertex, up to this much work; beyond it they go
-/// to the largest.
-const MAX_SEARCH: usize = 100_000_000;
+/// Where a facet has several outer loops, its holes and triangles are sought in them up to this much
+/// work for each triangle; beyond it they go to the largest.
+const MAX_SEARCH: usize = 4096;
 
 /// One outer loop with its holes.
 pub(super) struct Outline {
@@ -65,6 +65,15 @@ pub(super) fn outlines(
     facet: &Facet,
     noise: f64,
 ) -> Vec<Outline> {
+    if let &[triangle] = facet.triangles.as_slice()
+        && boundary.len() == 3
+    {
+        // Most facets of a curved mesh.
+        return vec![Outline {
+            loops: vec![welded.corners(triangle).map(|p| p.to_array()).to_vec()],
+            triangles: vec![triangle],
+        }];
+    }
     let frame = Frame::new(facet);
     let tolerance = STRAIGHT * facet.extent + 2.0 * noise;
     let point = |vertex: u32| frame.project(welded.vertices[vertex as usize]);
@@ -90,7 +99,7 @@ pub(super) fn outlines(
     let vertices: usize = outers.iter().map(|outer| outer.points.len()).sum();
     let work = vertices.saturating_mul(holes.len() + facet.triangles.len());
     let home = |p: DVec2| {
-        let searched = outers.len() > 1 && work <= MAX_SEARCH;
+        let searched = outers.len() > 1 && work / facet.triangles.len() <= MAX_SEARCH;
         // The smallest one around it, if any is.
         let found = searched.then(|| outers.iter().rposition(|outer| outer.contains(p)));
         found.flatten().unwrap_or(0)

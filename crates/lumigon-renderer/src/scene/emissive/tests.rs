@@ -12,6 +12,7 @@ use crate::scene::{Sampler, TextureRef};
 struct Shape {
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    noise: f64,
 }
 
 impl Shape {
@@ -22,6 +23,7 @@ impl Shape {
         Self {
             positions,
             triangles,
+            noise: 0.0,
         }
     }
 
@@ -74,7 +76,7 @@ impl Shape {
             mesh: &mesh,
             index: 0,
             positions: &self.positions,
-            noise: 0.0,
+            noise: self.noise,
             material,
             textures,
         };
@@ -152,7 +154,7 @@ fn ring_and_star_are_exact() {
     assert!((area - 1.5 * 64.0 * (TAU / 64.0).sin()).abs() < 1e-12);
 
     let star = Shape::new((0..10).map(|i| {
-        let radius = |i: u32| if i % 2 == 0 { 2.0 } else { 0.8 };
+        let radius = |i: u32| if i.is_multiple_of(2) { 2.0 } else { 0.8 };
         [
             DVec3::Y * 2.0,
             at(radius(i), i, 10),
@@ -245,6 +247,30 @@ fn junctions_inside_a_face_vanish() {
     assert_eq!(counts(&Shape::new([wide, upper].concat())), [(0, 8)]);
 }
 
+/// Positions rounded to f32 in a turned plane away from the origin are no longer quite flat.
+#[test]
+fn rounded_positions_stay_in_one_facet() {
+    for turn in 1..40 {
+        let mut shape = Shape::cells(&["########"; 8]);
+        let place = glam::DAffine3::from_scale_rotation_translation(
+            DVec3::splat(0.02),
+            glam::DQuat::from_scaled_axis(DVec3::new(0.37, -0.71, 0.2) * f64::from(turn)),
+            DVec3::new(11.3, -4.7, 29.1),
+        );
+        for p in &mut shape.positions {
+            *p = place.transform_point3(*p).as_vec3().as_dvec3();
+        }
+        shape.noise = 3.0 * 29.2 * f64::from(f32::EPSILON) * 0.5;
+        let polygons = shape.polygons();
+        assert_eq!(
+            (polygons.len(), polygons[0].vertex_count()),
+            (1, 4),
+            "turn {turn}"
+        );
+        assert!((polygons[0].area() - 0.0256).abs() < 1e-5);
+    }
+}
+
 #[test]
 fn repeated_and_flat_triangles_do_not_count_twice() {
     let mut shape = Shape::cells(&["##"]);
@@ -263,6 +289,7 @@ fn repeated_and_flat_triangles_do_not_count_twice() {
     let both = Shape {
         positions: sheet.positions,
         triangles,
+        noise: 0.0,
     };
     assert_eq!(counts(&both), [(0, 4), (0, 4)]);
 }
@@ -345,4 +372,64 @@ proptest! {
             }
         }
     }
+}
+
+/// Meshes that are large, or built to make a careless search quadratic.
+#[test]
+#[ignore = "takes seconds: a measurement"]
+fn large_meshes_are_not_quadratic() {
+    let time = |name: &str, shape: &Shape| {
+        let start = std::time::Instant::now();
+        let polygons = shape.polygons();
+        let vertices: usize = polygons.iter().map(EmissivePolygon::vertex_count).sum();
+        println!(
+            "{name}: {} triangles, {} polygons, {vertices} vertices, {:.2} s",
+            shape.triangles.len(),
+            polygons.len(),
+            start.elapsed().as_secs_f64()
+        );
+    };
+    time("sphere", &icosphere(8));
+    let p = |x: u32, y: u32| DVec3::new(f64::from(x), f64::from(y), 0.0);
+    let n = 700;
+    let cells = (0..n * n).map(|i| (i % n, i / n));
+    let grid = cells.clone().flat_map(|(x, y)| {
+        let [a, b, c, d] = [p(x, y), p(x + 1, y), p(x + 1, y + 1), p(x, y + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    time("grid", &Shape::new(grid));
+    let checks = cells.filter(|(x, y)| (x + y) % 2 == 0).flat_map(|(x, y)| {
+        let [a, b, c, d] = [p(x, y), p(x + 1, y), p(x + 1, y + 1), p(x, y + 1)];
+        [[a, b, c], [a, c, d]]
+    });
+    time("chequers", &Shape::new(checks));
+    let angle = |i: u32| f64::from(i) * TAU / 3e5;
+    let pages = (0..300_000).map(|i| {
+        [
+            DVec3::ZERO,
+            DVec3::Z,
+            DVec3::new(angle(i).cos(), angle(i).sin(), 0.5),
+        ]
+    });
+    time("pages on a spine", &Shape::new(pages));
+    let petals = (0..300_000).map(|i| {
+        let at = |i: u32| DVec3::new(angle(i).cos(), angle(i).sin(), 0.0);
+        [DVec3::ZERO, at(i), at(i) * 0.5 + at(i + 1) * 0.5]
+    });
+    time("petals on a vertex", &Shape::new(petals));
+    let comb = (0..200_000).map(|i| {
+        let x = f64::from(i % 1000) / 3000.0;
+        [
+            DVec3::X * x,
+            DVec3::X * (1.0 - x * x),
+            DVec3::new(0.5, 1.0 + f64::from(i), f64::from(i % 7)),
+        ]
+    });
+    time("edges on one line", &Shape::new(comb));
+    let shards = (0..300_000_u32).map(|i| {
+        let random =
+            |k: u32| f64::from((i * 9 + k).wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
+        [0, 3, 6].map(|k| DVec3::new(random(k), random(k + 1), 0.0))
+    });
+    time("overlapping shards in a plane", &Shape::new(shards));
 }

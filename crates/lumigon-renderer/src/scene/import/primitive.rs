@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use gltf::json::{
+    self,
     mesh::{Mode, Primitive as JsonPrimitive, Semantic},
     validation::Checked,
 };
@@ -108,7 +109,7 @@ impl Local {
         }
         let accessor = |semantic: Semantic| {
             let attribute = primitive.attributes.get(&Checked::Valid(semantic));
-            attribute.map(|accessor| accessor.value())
+            attribute.map(json::Index::value)
         };
         let Some(position) = accessor(Semantic::Positions) else {
             context
@@ -381,9 +382,7 @@ fn placed_normals(
     let cofactor = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
     let place = |n: &[f32; 3]| {
         let normal = cofactor * DVec3::from(n.map(f64::from));
-        normal
-            .try_normalize()
-            .map_or(Vec3::ZERO, |normal| normal.as_vec3())
+        normal.normalize_or_zero().as_vec3()
     };
     let mut placed: Vec<Vec3> = normals.iter().map(place).collect();
     if placed.contains(&Vec3::ZERO) {

@@ -86,7 +86,7 @@ impl Document {
         document
     }
 
-    fn with_material(mut self, material: Value) -> Self {
+    fn with_material(mut self, material: &Value) -> Self {
         self.json["materials"] = json!([material]);
         self.json["meshes"][0]["primitives"][0]["material"] = json!(0);
         self
@@ -183,7 +183,7 @@ fn plain_square_has_flat_normals_and_glb_equals_gltf() {
 
 #[test]
 fn hierarchy_mirrors_and_stretches() {
-    let mut document = Document::square().with_material(json!({"emissiveFactor": [1, 1, 1]}));
+    let mut document = Document::square().with_material(&json!({"emissiveFactor": [1, 1, 1]}));
     let normal = document.floats("VEC3", &[[0.6, 0., 0.8]; 4].concat());
     document.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normal);
     document.json["nodes"] = json!([
@@ -335,7 +335,7 @@ fn materials_carry_every_factor_and_texture() {
     let info = json!({"index": 0, "extensions": {"KHR_texture_transform": transform}});
     let document = Document::square()
         .with_texture(&texture)
-        .with_material(json!({
+        .with_material(&json!({
             "name": "paint",
             "pbrMetallicRoughness": {
                 "baseColorFactor": [0.1, 0.2, 0.3, 0.4], "baseColorTexture": info,
@@ -418,7 +418,7 @@ fn emissive_texture_gives_its_mean() {
     );
     let document = Document::square()
         .with_texture(&texture)
-        .with_material(json!({
+        .with_material(&json!({
             "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0},
             "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4}},
         }));
@@ -448,7 +448,7 @@ fn normal_texture_tilts_the_normal() {
     };
     let mut document = Document::square()
         .with_texture(&texture)
-        .with_material(json!({
+        .with_material(&json!({
             "normalTexture": {"index": 0},
         }));
     let expected = Vec3::new(204. / 127.5 - 1., 230. / 127.5 - 1., 230. / 127.5 - 1.).normalize();
@@ -548,7 +548,7 @@ fn cameras_and_lights_stand_where_their_nodes_do() {
 
 #[test]
 fn what_is_not_done_is_reported_once_or_refused() {
-    let mut document = Document::square().with_material(json!({"alphaMode": "BLEND"}));
+    let mut document = Document::square().with_material(&json!({"alphaMode": "BLEND"}));
     document.json["extensionsUsed"] = json!(["KHR_materials_clearcoat", "KHR_texture_transform"]);
     document.json["animations"] = json!([{"channels": [], "samplers": []}]);
     document.json["nodes"] = json!([
@@ -598,66 +598,66 @@ fn broken_documents_name_their_place() {
         ("nodes[0]", |d| d.json["nodes"][0]["mesh"] = json!(3)),
         ("scenes[0].nodes[0]", |d| d.json["nodes"] = json!([])),
         ("nodes[0].children[0]", |d| {
-            d.json["nodes"] = json!([{"children": [0]}])
+            d.json["nodes"] = json!([{"children": [0]}]);
         }),
         ("nodes[1].children[0]", |d| {
-            d.json["nodes"] = json!([{"children": [1]}, {"children": [0]}])
+            d.json["nodes"] = json!([{"children": [1]}, {"children": [0]}]);
         }),
         ("nodes[0]", |d| {
-            d.json["nodes"] = json!([{"scale": [1e39, 1, 1]}])
+            d.json["nodes"] = json!([{"scale": [1e39, 1, 1]}]);
         }),
         ("nodes[0].matrix", |d| {
-            d.json["nodes"] = json!([{"matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}])
+            d.json["nodes"] = json!([{"matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}]);
         }),
         ("scene", |d| d.json["scene"] = json!(1)),
         ("accessors[0]", |d| {
-            d.json["accessors"][0]["count"] = json!(5)
+            d.json["accessors"][0]["count"] = json!(5);
         }),
         ("accessors[0]", |d| {
-            d.json["accessors"][0]["count"] = json!(u64::MAX)
+            d.json["accessors"][0]["count"] = json!(u64::MAX);
         }),
         ("accessors[0]", |d| {
-            d.json["accessors"][0]["byteOffset"] = json!(u64::MAX)
+            d.json["accessors"][0]["byteOffset"] = json!(u64::MAX);
         }),
         ("accessors[0]", |d| {
-            d.json["accessors"][0]["type"] = json!("VEC2")
+            d.json["accessors"][0]["type"] = json!("VEC2");
         }),
         ("accessors[0].componentType", |d| {
-            d.json["accessors"][0]["componentType"] = json!(1)
+            d.json["accessors"][0]["componentType"] = json!(1);
         }),
         ("accessors[0]", |d| {
-            d.json["bufferViews"][0]["byteStride"] = json!(4)
+            d.json["bufferViews"][0]["byteStride"] = json!(4);
         }),
         ("accessors[2]", |d| {
-            d.json["accessors"][2]["componentType"] = json!(5126)
+            d.json["accessors"][2]["componentType"] = json!(5126);
         }),
         ("bufferViews[0]", |d| {
-            d.json["bufferViews"][0]["byteLength"] = json!(u64::MAX)
+            d.json["bufferViews"][0]["byteLength"] = json!(u64::MAX);
         }),
         ("bufferViews[0]", |d| {
-            d.json["bufferViews"][0]["byteOffset"] = json!(1_000_000)
+            d.json["bufferViews"][0]["byteOffset"] = json!(1_000_000);
         }),
         ("bufferViews[0]", |d| {
-            d.json["bufferViews"][0]["buffer"] = json!(1)
+            d.json["bufferViews"][0]["buffer"] = json!(1);
         }),
         ("meshes[0].primitives[0].indices", |d| {
             let at = d.binary.len() - 2;
             d.binary[at] = 4;
         }),
         ("meshes[0].primitives[0].mode", |d| {
-            d.json["meshes"][0]["primitives"][0]["mode"] = json!(7)
+            d.json["meshes"][0]["primitives"][0]["mode"] = json!(7);
         }),
         ("meshes[0].primitives[0].attributes.POSITION", |d| {
-            d.binary[..4].copy_from_slice(&f32::NAN.to_le_bytes())
+            d.binary[..4].copy_from_slice(&f32::NAN.to_le_bytes());
         }),
         ("meshes[0].primitives[0].attributes.TEXCOORD_0", |d| {
-            d.json["accessors"][1]["count"] = json!(3)
+            d.json["accessors"][1]["count"] = json!(3);
         }),
         ("meshes[0].primitives[0]", |d| {
-            d.json["meshes"][0]["primitives"][0]["material"] = json!(0)
+            d.json["meshes"][0]["primitives"][0]["material"] = json!(0);
         }),
         ("asset.version", |d| {
-            d.json["asset"]["version"] = json!("1.0")
+            d.json["asset"]["version"] = json!("1.0");
         }),
         ("nodes[0].mesh", |d| d.json["nodes"][0]["mesh"] = json!(-1)),
     ];
@@ -721,12 +721,12 @@ fn images_are_bounded_before_they_are_decoded() {
     huge[29..33].copy_from_slice(&checksum.to_be_bytes());
     let error = Document::square()
         .with_texture(&huge)
-        .with_material(emissive.clone())
+        .with_material(&emissive)
         .error();
     assert_eq!(error.place, "images[0]");
     let sound = Document::square()
         .with_texture(&png(8, 8, &[[9; 4]; 64]))
-        .with_material(emissive.clone());
+        .with_material(&emissive);
     assert_eq!(sound.scene().textures[0].width, 8);
     for limits in [
         Limits {
@@ -743,7 +743,7 @@ fn images_are_bounded_before_they_are_decoded() {
     }
     let text = Document::square()
         .with_texture(b"GIF89a")
-        .with_material(emissive);
+        .with_material(&emissive);
     assert_eq!(text.error().place, "images[0]");
 }
 
@@ -825,7 +825,7 @@ fn rich() -> Document {
             [255, 0, 0, 99],
         ],
     );
-    let mut document = Document::square().with_texture(&texture).with_material(json!({
+    let mut document = Document::square().with_texture(&texture).with_material(&json!({
         "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
         "normalTexture": {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}},
         "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}, "alphaMode": "MASK",
