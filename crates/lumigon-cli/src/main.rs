@@ -1,3 +1,5 @@
 //! The `lumigon` command.
-
-fn main() {}
+mod bench;
+fn main() {
+    bench::run()
+}

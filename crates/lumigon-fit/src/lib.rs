@@ -1,1 +1,62 @@
 //! Fits BRDFs with linearly transformed cosines.
+//!
+//! A linearly transformed cosine (Heitz, Dupuy, Hill and Neubelt 2016, "Real-time polygonal-light
+//! shading with linearly transformed cosines") is the clamped cosine distribution seen through a
+//! 3x3 matrix. Its integral over a polygon has a closed form, so a table of matrices that follow a
+//! BRDF turns polygonal lights into exact sums. This crate makes such a [`Table`]:
+//!
+//! ```no_run
+//! use std::{path::Path, sync::atomic::AtomicBool};
+//! use lumigon_fit::{Settings, fit};
+//!
+//! let cancel = AtomicBool::new(false);
+//! let table = fit(&Settings::default(), &|done, total| eprint!("\r{done}/{total}"), &cancel)?;
+//! table.write(Path::new("tables"), "my-own-program")?;
+//! # Ok::<(), lumigon_fit::FitError>(())
+//! ```
+//!
+//! # Frame
+//! Shading space: z is the surface normal, the view direction lies in the x-z plane with x >= 0,
+//! `view = (sin theta, 0, cos theta)`. Every matrix of a table maps this frame to the space of the
+//! clamped cosine, [`Ltc::shading_to_cosine`].
+//!
+//! # How a fit runs
+//! Every texel is a [`Node`]: a [`Brdf`] and a view direction. An [`Objective`] turns the node into
+//! residuals, a [`Parametrisation`] says which of the five [`Coordinates`] may move, and
+//! Levenberg-Marquardt moves them. Columns (one perceptual roughness each) march from normal to
+//! grazing view, each texel starting where its neighbour ended; then whole-table sweeps try the
+//! neighbours' results as starts and pull every texel softly towards a smooth table, because what
+//! counts is the table *between* its nodes. A new objective or BRDF is one implementation of a trait.
+
+mod brdf;
+mod coordinates;
+mod density;
+mod errors;
+mod fit;
+mod form_factor;
+mod ggx;
+mod integral;
+mod least_squares;
+mod lobe;
+mod ltc;
+mod manifest;
+mod node;
+mod objective;
+mod polygon;
+mod settings;
+mod table;
+
+pub use brdf::{Brdf, LightSample};
+pub use coordinates::{Coordinates, Parametrisation};
+pub use density::Density;
+pub use errors::ErrorReport;
+pub use fit::{FitError, fit, refit};
+pub use ggx::Ggx;
+pub use integral::Integral;
+pub use lobe::Lobe;
+pub use ltc::Ltc;
+pub use manifest::Manifest;
+pub use node::Node;
+pub use objective::{Objective, Residuals};
+pub use settings::{BrdfKind, ObjectiveKind, Settings};
+pub use table::Table;

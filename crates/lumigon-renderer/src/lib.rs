@@ -3,8 +3,15 @@
 //! Data flows one way: a glTF file becomes a [`Scene`] of world-space meshes, materials and lights;
 //! a backend turns the scene into an image.
 
+mod cpu;
+mod render;
 mod scene;
 
+pub use cpu::CpuRenderer;
+pub use render::{
+    MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
+    Rendering, Watch,
+};
 pub use scene::{
     AlphaMode, Camera, EmissivePolygon, Filter, Limits, Material, Mesh, Projection, PunctualKind,
     PunctualLight, Sampler, Scene, SceneError, SurfaceSample, Texture, TextureRef,

@@ -1,0 +1,271 @@
+use std::{
+    io::Write,
+    path::{Path, PathBuf},
+};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::{
+    errors::ErrorReport,
+    fit::FitError,
+    settings::Settings,
+    table::{CHANNELS, Table},
+};
+
+/// Seed of the lights that a manifest's errors are measured on.
+const TEST_SEED: u64 = 0x7E57;
+
+/// All that a reader of the raw file must know, and how to make it again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Raw file beside the manifest: little-endian f32, row by row.
+    pub file: String,
+    /// Its SHA-256 in hexadecimal.
+    pub sha256: String,
+    /// Command that makes the table again.
+    pub command: String,
+    /// Texels a side.
+    pub size: u32,
+    /// Numbers a texel, in order.
+    pub channels: Vec<String>,
+    /// Meaning of the axes.
+    pub axes: Vec<String>,
+    /// Where texels lie.
+    pub texel_rule: String,
+    /// Frame of the matrix.
+    pub frame: String,
+    /// How the four numbers make the matrix.
+    pub normalisation: String,
+    /// How a response is computed.
+    pub response: String,
+    /// Settings of the fit.
+    pub settings: Settings,
+    /// Errors on lights it wasn't fitted to.
+    pub errors: ErrorReport,
+}
+
+impl Manifest {
+    fn new(table: &Table, name: &str, bytes: &[u8], command: &str) -> Self {
+        Self {
+            file: format!("{name}.f32"),
+            sha256: hash(bytes),
+            command: command.into(),
+            size: table.settings.size,
+            channels: ["m11", "m13", "m31", "m33", "amplitude", "schlick", "zero", "zero"]
+                .map(String::from)
+                .into(),
+            axes: vec![
+                "x (column, fastest): perceptual_roughness, 0 to 1; alpha = max(perceptual_roughness^2, 1e-4)".into(),
+                "y (row): sqrt(1 - cos theta_view), 0 to 1; theta_view at most 89.9 degrees".into(),
+            ],
+            texel_rule: "texel centres on the ends: u in [0,1] is texel position u * (size - 1); bilinear".into(),
+            frame: "shading space: z = normal, view = (sin theta_view, 0, cos theta_view)".into(),
+            normalisation: "shading_to_cosine = [[m11, 0, m13], [0, 1, 0], [m31, 0, m33]] row by row: divided by its MIDDLE element (row 2, column 2), not by m33".into(),
+            response: "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space; F = 1: amplitude * form_factor; weighted with (1 - h.v)^5: schlick * form_factor; Schlick's Fresnel: (f0 * amplitude + (1 - f0) * schlick) * form_factor".into(),
+            settings: table.settings.clone(),
+            errors: table.errors(TEST_SEED, 1024, 64),
+        }
+    }
+
+    pub(crate) fn write(table: &Table, folder: &Path, command: &str) -> Result<Self, FitError> {
+        let name = format!("ggx-{}", table.size());
+        let bytes: Vec<u8> = table.texels.iter().flat_map(|x| x.to_le_bytes()).collect();
+        let manifest = Self::new(table, &name, &bytes, command);
+        write_whole(&folder.join(&manifest.file), &bytes)?;
+        let path = folder.join(format!("{name}.json"));
+        let mut json =
+            serde_json::to_string_pretty(&manifest).map_err(|e| malformed(&path, e.to_string()))?;
+        json.push('\n');
+        write_whole(&path, json.as_bytes())?;
+        Ok(manifest)
+    }
+
+    /// Reads a manifest.
+    ///
+    /// # Errors
+    /// Where the file cannot be read or isn't a manifest.
+    pub fn read(path: &Path) -> Result<Self, FitError> {
+        let text = std::fs::read_to_string(path).map_err(|source| io(path, source))?;
+        serde_json::from_str(&text)
+            .map_err(|e| malformed(path, format!("not a table's manifest: {e}")))
+    }
+
+    /// Reads the raw file beside the manifest.
+    pub(crate) fn table(&self, manifest: &Path) -> Result<Table, FitError> {
+        self.settings
+            .validate()
+            .map_err(|problem| malformed(manifest, problem))?;
+        if self.size != self.settings.size {
+            return Err(malformed(
+                manifest,
+                format!(
+                    "size is {} but settings.size is {}",
+                    self.size, self.settings.size
+                ),
+            ));
+        }
+        // The raw file lies beside its manifest: a path that leads elsewhere is refused.
+        let file = Path::new(&self.file);
+        if file.file_name() != Some(file.as_os_str()) {
+            return Err(malformed(
+                manifest,
+                format!("file is {:?}, which is no plain file name", self.file),
+            ));
+        }
+        let path = manifest.with_file_name(file);
+        let expected = self.size as usize * self.size as usize * CHANNELS * 4;
+        let found = std::fs::metadata(&path)
+            .map_err(|source| io(&path, source))?
+            .len();
+        if found != expected as u64 {
+            return Err(malformed(
+                &path,
+                format!("{found} bytes; a table of this size has {expected}"),
+            ));
+        }
+        let bytes = std::fs::read(&path).map_err(|source| io(&path, source))?;
+        if hash(&bytes) != self.sha256 {
+            return Err(malformed(
+                &path,
+                format!(
+                    "its SHA-256 isn't the manifest's; make it again: {}",
+                    self.command
+                ),
+            ));
+        }
+        let texels: Vec<f32> = bytes
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|b| f32::from_le_bytes(*b))
+            .collect();
+        if let Some(bad) = texels.iter().position(|x| !x.is_finite()) {
+            return Err(malformed(&path, format!("number {bad} isn't finite")));
+        }
+        Ok(Table {
+            settings: self.settings.clone(),
+            texels,
+        })
+    }
+}
+
+fn hash(bytes: &[u8]) -> String {
+    Sha256::digest(bytes)
+        .iter()
+        .map(|b| format!("{b:02x}"))
+        .collect()
+}
+
+fn io(path: &Path, source: std::io::Error) -> FitError {
+    FitError::Io {
+        path: PathBuf::from(path),
+        source,
+    }
+}
+
+fn malformed(path: &Path, problem: String) -> FitError {
+    FitError::Malformed {
+        path: PathBuf::from(path),
+        problem,
+    }
+}
+
+/// Writes beside the target, then renames: a reader sees the old file or the new one.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FitError> {
+    let folder = path
+        .parent()
+        .filter(|p| !p.as_os_str().is_empty())
+        .unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| io(path, e))?;
+    file.write_all(bytes).map_err(|e| io(path, e))?;
+    // A temporary file is private; a table is not.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let open = std::fs::Permissions::from_mode(0o644);
+        file.as_file()
+            .set_permissions(open)
+            .map_err(|e| io(path, e))?;
+    }
+    file.persist(path).map_err(|e| io(path, e.error))?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use super::*;
+
+    fn written() -> (tempfile::TempDir, PathBuf, Table) {
+        let settings = Settings {
+            size: 2,
+            directions: 100,
+            samples: 8,
+            sweeps: 0,
+            ..Settings::default()
+        };
+        let table = crate::fit(&settings, &|_, _| (), &AtomicBool::new(false)).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        table.write(folder.path(), "a command").unwrap();
+        let path = folder.path().join("ggx-2.json");
+        (folder, path, table)
+    }
+
+    #[test]
+    fn round_trip() {
+        let (folder, path, table) = written();
+        assert_eq!(Table::read(&path).unwrap(), table);
+        assert_eq!(Manifest::read(&path).unwrap().command, "a command");
+        assert_eq!(
+            std::fs::read_dir(folder.path()).unwrap().count(),
+            2,
+            "no file left over"
+        );
+    }
+
+    #[test]
+    fn broken_files_are_named() {
+        let (folder, path, _) = written();
+        let raw = folder.path().join("ggx-2.f32");
+        let mut bytes = std::fs::read(&raw).unwrap();
+        bytes[5] ^= 1;
+        std::fs::write(&raw, &bytes).unwrap();
+        let message = Table::read(&path).unwrap_err().to_string();
+        assert!(
+            message.contains("ggx-2.f32") && message.contains("SHA-256"),
+            "{message}"
+        );
+        std::fs::write(&raw, &bytes[..100]).unwrap();
+        assert!(
+            Table::read(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("100 bytes")
+        );
+        std::fs::write(&path, "{").unwrap();
+        assert!(
+            Table::read(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("ggx-2.json")
+        );
+        std::fs::remove_file(&path).unwrap();
+        assert!(matches!(Table::read(&path), Err(FitError::Io { .. })));
+    }
+
+    #[test]
+    fn manifest_cannot_lead_elsewhere() {
+        let (_folder, path, _) = written();
+        let mut manifest = Manifest::read(&path).unwrap();
+        manifest.file = "../ggx-2.f32".into();
+        std::fs::write(&path, serde_json::to_string(&manifest).unwrap()).unwrap();
+        assert!(
+            Table::read(&path)
+                .unwrap_err()
+                .to_string()
+                .contains("plain file name")
+        );
+    }
+}

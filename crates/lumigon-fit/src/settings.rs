@@ -1,0 +1,145 @@
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    brdf::Brdf, coordinates::Parametrisation, density::Density, ggx::Ggx, integral::Integral,
+    objective::Objective,
+};
+
+/// Which BRDF a table holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BrdfKind {
+    /// Isotropic GGX, height-correlated Smith, F = 1.
+    Ggx,
+}
+
+impl BrdfKind {
+    pub(crate) fn with_alpha(self, alpha: f64) -> Arc<dyn Brdf> {
+        match self {
+            Self::Ggx => Arc::new(Ggx { alpha }),
+        }
+    }
+}
+
+/// Which objective a fit minimises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ObjectiveKind {
+    /// [`Density`].
+    Density,
+    /// [`Integral`].
+    Integral,
+}
+
+/// All that determines a table. The same settings give the same table on any number of threads.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// The BRDF.
+    pub brdf: BrdfKind,
+    /// Texels a side, in [2, 512].
+    pub size: u32,
+    /// What is minimised.
+    pub objective: ObjectiveKind,
+    /// What moves.
+    pub parametrisation: Parametrisation,
+    /// Seed of the training lights.
+    pub seed: u64,
+    /// Directions that stand for a lobe, in [64, 2^20].
+    pub directions: u32,
+    /// Training lights a node ([`Integral`]), or directions from either distribution
+    /// ([`Density`]), in [8, 2^16].
+    pub samples: u32,
+    /// Whole-table sweeps after the first march, at most 64.
+    pub sweeps: u32,
+    /// Weight of the pull towards the neighbours' mean in the sweeps, >= 0.
+    pub smoothing: f64,
+    /// Weight of the white furnace among the residuals, >= 0 ([`Integral`]).
+    pub furnace: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            brdf: BrdfKind::Ggx,
+            size: 64,
+            objective: ObjectiveKind::Integral,
+            parametrisation: Parametrisation::Free,
+            seed: 1,
+            directions: 10_946,
+            samples: 160,
+            sweeps: 2,
+            smoothing: 0.3,
+            furnace: 1.0,
+        }
+    }
+}
+
+impl Settings {
+    /// The published recipe: pointwise density in the lobe's mean-direction frame.
+    pub fn published() -> Self {
+        Self {
+            objective: ObjectiveKind::Density,
+            parametrisation: Parametrisation::MeanDirection,
+            samples: 1024,
+            sweeps: 0,
+            ..Self::default()
+        }
+    }
+
+    pub(crate) fn objective(&self) -> Box<dyn Objective> {
+        match self.objective {
+            ObjectiveKind::Density => Box::new(Density {
+                samples: self.samples,
+            }),
+            ObjectiveKind::Integral => Box::new(Integral {
+                samples: self.samples,
+                seed: self.seed,
+                furnace: self.furnace,
+            }),
+        }
+    }
+
+    /// Names the first value outside its range.
+    pub(crate) fn validate(&self) -> Result<(), String> {
+        let in_range = |name: &str, value: u32, low: u32, high: u32| {
+            if (low..=high).contains(&value) {
+                Ok(())
+            } else {
+                Err(format!("{name} is {value}; choose {low} to {high}"))
+            }
+        };
+        in_range("size", self.size, 2, 512)?;
+        in_range("directions", self.directions, 64, 1 << 20)?;
+        in_range("samples", self.samples, 8, 1 << 16)?;
+        in_range("sweeps", self.sweeps, 0, 64)?;
+        for (name, value) in [("smoothing", self.smoothing), ("furnace", self.furnace)] {
+            if !(0.0..=1e6).contains(&value) {
+                return Err(format!("{name} is {value}; choose 0 to 1e6"));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_checked() {
+        assert!(Settings::default().validate().is_ok());
+        let bad = Settings {
+            size: 1,
+            ..Settings::default()
+        };
+        assert!(bad.validate().unwrap_err().contains("size is 1"));
+        let bad = Settings {
+            smoothing: f64::NAN,
+            ..Settings::default()
+        };
+        assert!(bad.validate().unwrap_err().contains("smoothing"));
+    }
+}
