@@ -9,98 +9,16 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
-use thiserror::Error;
 
 use crate::bsdf::{Bsdf, Lobes};
 use crate::emitter::EmitterPoint;
+use crate::estimate::{Channel, Estimate, Moments, Welford};
 use crate::sampling::Random;
 use crate::scene::{Ray, Scene, Surface};
+use crate::settings::{RenderError, Settings};
 
 /// Bounces after which paths of little throughput may end by chance.
 const ROULETTE_AFTER: u32 = 4;
-
-/// How to render.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings<'a> {
-    /// Pixels per row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Positions inside the pixel, in [0, 1)^2 from its top left corner, the same for every pixel.
-    ///
-    /// Every position gets an equal share of the samples, and the standard error is that of the light at these fixed
-    /// positions: an image without noise sampled at the same ones should differ by no more.
-    pub pixel_samples: &'a [[f64; 2]],
-    /// Paths per pixel: a multiple of the number of positions, and at least twice that for an error to be known.
-    pub samples_per_pixel: usize,
-    /// Reflections between light and camera; 1 is direct light only.
-    pub bounces: u32,
-    /// Whether surfaces cast shadows on direct light.
-    pub shadows: bool,
-    /// Other seeds give independent noise.
-    pub seed: u64,
-}
-
-/// Why there is no picture.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum RenderError {
-    /// No pixels, or more than 2^28.
-    #[error("an image of {width} x {height} pixels cannot be rendered; it needs 1 to 2^28 of them")]
-    Size {
-        /// Pixels per row.
-        width: usize,
-        /// Rows.
-        height: usize,
-    },
-    /// No pixel samples, or one outside [0, 1)^2.
-    #[error("pixel samples must be one or more positions in [0, 1) x [0, 1)")]
-    PixelSamples,
-    /// The paths don't divide into the pixel samples, or leave fewer than two for each.
-    #[error(
-        "{samples_per_pixel} samples per pixel don't give each of {count} pixel samples the same number, two or more; take a multiple of {count} from {}", 2 * count
-    )]
-    SamplesPerPixel {
-        /// What was asked.
-        samples_per_pixel: usize,
-        /// How many positions share them.
-        count: usize,
-    },
-    /// No bounce at all.
-    #[error("bounces is 0; 1 is direct light")]
-    Bounces,
-    /// The caller said stop.
-    #[error("rendering was stopped")]
-    Cancelled,
-}
-
-/// An RGB image with the standard error of each value; rows from the top.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Channel {
-    /// Estimated radiance.
-    pub mean: Vec<[f64; 3]>,
-    /// Standard error of `mean`, itself estimated from the samples.
-    pub standard_error: Vec<[f64; 3]>,
-}
-
-/// A rendered image, apart and together.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
-    /// Pixels per row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Radiance of lights and glowing surfaces seen directly; free of noise.
-    pub emitted: Vec<[f64; 3]>,
-    /// Radiance by way of the first surface's diffuse lobe.
-    pub diffuse: Channel,
-    /// Radiance by way of the first surface's GGX lobe.
-    pub specular: Channel,
-    /// The sum of all three.
-    pub total: Channel,
-    /// Samples that were NaN or infinite and counted as black: zero unless the scene hands out such numbers.
-    pub invalid_samples: usize,
-}
 
 /// Renders an image; the same settings give the same bits on any number of threads.
 ///
@@ -117,7 +35,7 @@ pub fn render(
     cancel: &AtomicBool,
 ) -> Result<Estimate, RenderError> {
     let &Settings { width, height, .. } = settings;
-    check(settings)?;
+    settings.check()?;
     let tracer = Tracer { scene, settings };
     let rows_done = AtomicUsize::new(0);
     let rows: Vec<Vec<Pixel>> = (0..height)
@@ -150,73 +68,6 @@ pub fn render(
         total: channel(|p| p.total),
         invalid_samples: pixels().map(|p| p.invalid_samples).sum(),
     })
-}
-
-fn check(settings: &Settings<'_>) -> Result<(), RenderError> {
-    let &Settings {
-        width,
-        height,
-        pixel_samples,
-        samples_per_pixel,
-        ..
-    } = settings;
-    if !width
-        .checked_mul(height)
-        .is_some_and(|pixels| (1..=1 << 28).contains(&pixels))
-    {
-        return Err(RenderError::Size { width, height });
-    }
-    let count = pixel_samples.len();
-    if count == 0
-        || !pixel_samples
-            .iter()
-            .flatten()
-            .all(|x| (0.0..1.0).contains(x))
-    {
-        return Err(RenderError::PixelSamples);
-    }
-    if !samples_per_pixel.is_multiple_of(count) || samples_per_pixel / count < 2 {
-        return Err(RenderError::SamplesPerPixel {
-            samples_per_pixel,
-            count,
-        });
-    }
-    if settings.bounces == 0 {
-        return Err(RenderError::Bounces);
-    }
-    Ok(())
-}
-
-/// Mean and variance: of samples while they come in, of a mean afterwards.
-#[derive(Clone, Copy, Default)]
-struct Moments {
-    mean: DVec3,
-    variance: DVec3,
-}
-
-/// Running sums after Welford 1962, which don't cancel.
-#[derive(Default)]
-struct Welford {
-    count: f64,
-    mean: DVec3,
-    squares: DVec3,
-}
-
-impl Welford {
-    fn add(&mut self, sample: DVec3) {
-        self.count += 1.0;
-        let before = sample - self.mean;
-        self.mean += before / self.count;
-        self.squares += before * (sample - self.mean);
-    }
-
-    /// Mean of the samples and the variance of that mean.
-    fn moments(&self) -> Moments {
-        Moments {
-            mean: self.mean,
-            variance: self.squares / (self.count * (self.count - 1.0)),
-        }
-    }
 }
 
 #[derive(Default)]
@@ -264,13 +115,7 @@ impl<S: Scene> Tracer<'_, S> {
             let vertex = self.vertex(&surface, -direction);
             let constant = self.punctual(&vertex);
             let emitted = DVec3::from(surface.emitted);
-            let [mut diffuse, mut specular, mut total] = [const {
-                Welford {
-                    count: 0.0,
-                    mean: DVec3::ZERO,
-                    squares: DVec3::ZERO,
-                }
-            }; 3];
+            let [mut diffuse, mut specular, mut total] = [Welford::default(); 3];
             for _ in 0..samples_per_pixel / pixel_samples.len() {
                 let mut sample = constant + self.path(&vertex, &mut random);
                 if !sample.sum().is_finite() {
