@@ -1,5 +1,13 @@
 //! The `lumigon` command.
-mod bench;
-fn main() {
-    bench::run()
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use lumigon_cli::Arguments;
+
+fn main() -> ExitCode {
+    match Arguments::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
 }

@@ -98,10 +98,7 @@ impl Workload {
                     }
                 };
                 // Counter-clockwise seen from below, respectively from in front.
-                let outline: Vec<_> = match placement {
-                    Placement::Above => (0..vertices).rev().map(corner).collect(),
-                    Placement::Clipped => (0..vertices).rev().map(corner).collect(),
-                };
+                let outline: Vec<_> = (0..vertices).rev().map(corner).collect();
                 PolygonLight::new(&[outline], Sides::Front).expect("regular polygons are lights")
             })
             .collect();
@@ -120,12 +117,11 @@ impl Workload {
             .iter()
             .map(|light| light.cast().expect("fits"))
             .collect();
-        let number = Counted;
         let mut sum = Counted(0.0);
         let count = operations(|| {
             for (&x, &z) in self.x.iter().zip(&self.z) {
-                let point = Vec3::new(number(x), number(0.0), number(z));
-                sum = shade(kernel, &lights, point, &self.lobe_of(number), sum);
+                let point = Vec3::new(Counted(x), Counted(0.0), Counted(z));
+                sum = shade(kernel, &lights, point, &self.lobe_of(Counted), sum);
             }
         });
         black_box(sum);
@@ -159,6 +155,12 @@ impl Workload {
         self.time(|| {
             dispatch!(Level::new(), simd => shade_simd(simd, kernel, self, &lights));
         })
+    }
+
+    /// The same on all threads at once: per pixel and light of all of them together.
+    pub(super) fn time_simd_on_all_threads(&self, kernel: Kernel) -> f64 {
+        let rates = rayon::broadcast(|_| self.time_simd(kernel).recip());
+        rates.iter().sum::<f64>().recip()
     }
 
     fn single_lights(&self) -> Vec<PolygonLight<f32>> {
@@ -241,4 +243,42 @@ fn shade_simd<S: Simd>(simd: S, kernel: Kernel, workload: &Workload, lights: &[P
         sum = shade(kernel, lights, point, &lobe, sum);
     }
     black_box(sum);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is timed must be light, not the early-outs of darkness.
+    #[test]
+    fn every_point_is_lit_by_every_light() {
+        for placement in [Placement::Above, Placement::Clipped] {
+            for vertices in [3, 4, 10] {
+                let workload = Workload::new(vertices, placement);
+                for light in workload.single_lights() {
+                    for (&x, &z) in workload.x.iter().zip(&workload.z) {
+                        let point = Vec3::new(x, 0.0, z);
+                        let normal = Vec3::new(0.0, 1.0, 0.0);
+                        let whole = lumigon::light_vector(&light, point).y;
+                        let seen = lumigon::irradiance(&light, point, normal);
+                        assert!(seen > 0.0, "{placement:?} {vertices} at {x} {z}");
+                        let is_clipped = (seen - whole).abs() > 1e-5 * seen;
+                        assert_eq!(is_clipped, placement == Placement::Clipped);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_light_costs_operations() {
+        let workload = Workload::new(4, Placement::Above);
+        for (name, kernel) in kernels() {
+            let operations = workload.operations(kernel);
+            assert!(
+                (100.0..3_000.0).contains(&operations),
+                "{name}: {operations}"
+            );
+        }
+    }
 }
