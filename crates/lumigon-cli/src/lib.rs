@@ -15,6 +15,7 @@ mod method;
 mod progress;
 mod render;
 mod scene;
+mod size;
 
 pub use arguments::{Arguments, Command};
 pub use eval::{Answer, Number, Precision, QuestionError, Value, answer};
