@@ -116,7 +116,7 @@ pub(crate) fn spheres() -> Vec<u8> {
                 .scale([0.48; 3]),
         );
     }
-    let outline = Outline::rectangle(3.0, 2.0);
+    let outline = Outline::rectangle(4.0, 2.4);
     light(
         &mut glb,
         &outline,
@@ -124,6 +124,6 @@ pub(crate) fn spheres() -> Vec<u8> {
         [-0.5, 2.2, 1.6],
         DVec3::new(0.15, -1.0, -0.6).to_array(),
     );
-    camera(&mut glb, [0.0, 1.0, 5.6], [0.0, 0.25, 0.0]);
+    camera(&mut glb, [0.0, 1.0, 6.4], [0.0, 0.15, 0.0]);
     glb.finish()
 }

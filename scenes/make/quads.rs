@@ -1,6 +1,6 @@
 //! `quads-N.glb`: one surface that fills the picture, lit by N quads, to time the cost of a light.
 //!
-//! Seed of the comparison: a screen of 1440 x 900 pixels covered by one lit surface. The camera hangs below
+//! The comparison is of a screen of 1440 x 900 pixels covered by one lit surface. The camera hangs below
 //! the lights and looks straight down, so no light hides the surface; every fifth light stands at the border
 //! outside the picture, cuts the surface's horizon and faces inwards.
 
@@ -11,7 +11,7 @@ use super::random::Random;
 use super::rotation::{facing, looking, turn};
 use glam::{DQuat, DVec3};
 
-const EYE: f64 = 3.0;
+const EYE: f64 = 2.0;
 const HALF_WIDTH: f64 = 3.2;
 const HALF_HEIGHT: f64 = 2.0;
 
@@ -20,6 +20,42 @@ struct Placement {
     position: DVec3,
     rotation: DQuat,
     size: [f64; 2],
+}
+
+impl Placement {
+    fn corners(&self) -> [DVec3; 4] {
+        [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(x, y)| {
+            self.position + self.rotation * DVec3::new(x * self.size[0], y * self.size[1], 0.0)
+        })
+    }
+
+    /// Does the light's front face every point of the picture?
+    fn lights_the_picture(&self) -> bool {
+        let normal = self.rotation * DVec3::Z;
+        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+            .into_iter()
+            .all(|(x, z)| {
+                let point = DVec3::new(x * HALF_WIDTH, 0.0, z * HALF_HEIGHT);
+                normal.dot(point - self.position) > 0.0
+            })
+    }
+
+    /// Is the light wholly above the camera, or wholly beyond one side of its pyramid of view?
+    fn leaves_the_view_free(&self) -> bool {
+        let corners = self.corners();
+        let beyond = |inside: fn(DVec3) -> f64| corners.iter().all(|&p| inside(p) < 0.0);
+        beyond(|p| EYE - p.y)
+            || beyond(|p| HALF_WIDTH * (1.0 - p.y / EYE) - p.x)
+            || beyond(|p| HALF_WIDTH * (1.0 - p.y / EYE) + p.x)
+            || beyond(|p| HALF_HEIGHT * (1.0 - p.y / EYE) - p.z)
+            || beyond(|p| HALF_HEIGHT * (1.0 - p.y / EYE) + p.z)
+    }
+
+    /// Does the surface cut the light?
+    fn crosses_the_horizon(&self) -> bool {
+        let corners = self.corners();
+        corners.iter().any(|p| p.y < 0.0) && corners.iter().any(|p| p.y > 0.0)
+    }
 }
 
 /// Cell `k` of `count` over the visible rectangle, jittered, above the camera and facing down within 45 degrees.
@@ -35,8 +71,7 @@ fn above(k: u32, count: u32, random: &mut Random) -> Placement {
     let tilt = DVec3::new(random.range(-0.7, 0.7), -1.0, random.range(-0.7, 0.7));
     let size = [random.range(0.25, 0.7), random.range(0.25, 0.7)];
     Placement {
-        // No corner reaches down to the camera: half a diagonal is below 0.5.
-        position: DVec3::new(x, EYE + 0.6 + random.range(0.0, 0.6), z),
+        position: DVec3::new(x, EYE + 0.45 + random.range(0.0, 0.5), z),
         rotation: facing(tilt) * turn(DVec3::Z, random.range(0.0, 90.0)),
         size,
     }
@@ -53,7 +88,13 @@ fn border(k: u32, count: u32, random: &mut Random) -> Placement {
         random.range(-0.1, 0.2),
         reach * HALF_HEIGHT * sin,
     );
-    let inwards = DVec3::new(-position.x, random.range(0.2, 0.5), -position.z);
+    // Square to the nearest side, or a corner of the picture would see the light's back.
+    let inwards = if cos.abs() > sin.abs() {
+        DVec3::new(-cos.signum(), 0.0, random.range(-0.1, 0.1))
+    } else {
+        DVec3::new(random.range(-0.1, 0.1), 0.0, -sin.signum())
+    };
+    let inwards = inwards + DVec3::Y * random.range(-0.2, 0.2);
     Placement {
         position,
         rotation: facing(inwards) * turn(DVec3::Z, random.range(-20.0, 20.0)),
@@ -69,6 +110,24 @@ fn tint(hue: f64) -> [f64; 3] {
     })
 }
 
+/// Light `k` of `count`, drawn until every pixel sees its front and it hides none.
+fn placement(k: u32, count: u32, random: &mut Random) -> Placement {
+    let cutting = count / 5;
+    loop {
+        let placement = if k < cutting {
+            border(k, cutting, random)
+        } else {
+            above(k - cutting, count - cutting, random)
+        };
+        if placement.lights_the_picture()
+            && placement.leaves_the_view_free()
+            && placement.crosses_the_horizon() == (k < cutting)
+        {
+            return placement;
+        }
+    }
+}
+
 pub(crate) fn quads(count: u32) -> Vec<u8> {
     let mut glb = Glb::new();
     let mut random = Random(u64::from(count));
@@ -82,17 +141,12 @@ pub(crate) fn quads(count: u32) -> Vec<u8> {
     glb.root(Node::new("surface").mesh(floor));
 
     let square = glb.geometry(&Mesh::polygon(&Outline::rectangle(1.0, 1.0)));
-    let cutting = count / 5;
     for k in 0..count {
         let Placement {
             position,
             rotation,
             size,
-        } = if k < cutting {
-            border(k, cutting, &mut random)
-        } else {
-            above(k - cutting, count - cutting, &mut random)
-        };
+        } = placement(k, count, &mut random);
         // Total power stays about the same for every count.
         let strength = random.range(120.0, 240.0) / f64::from(count);
         let radiance = tint(random.unit()).map(|x| strength * x);

@@ -84,7 +84,7 @@ impl Bricks {
     fn locate(&self, u: f64, v: f64) -> ([u32; 2], [f64; 2], [f64; 2]) {
         let y = v.rem_euclid(1.0) * f64::from(self.rows);
         let row = y.floor() as u32 % self.rows;
-        let shift = if row % 2 == 0 { 0.0 } else { 0.5 };
+        let shift = 0.5 * f64::from(row % 2);
         let x = u.rem_euclid(1.0) * f64::from(self.columns) + shift;
         let column = x.floor() as u32 % self.columns;
         let half = [self.columns, self.rows].map(|count| f64::from(SIZE / count) / 2.0);

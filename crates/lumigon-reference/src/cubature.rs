@@ -3,9 +3,9 @@
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::ggx::{ggx_distribution, ggx_visibility, schlick_weight};
+use crate::integrands::{Cosine, Direction, GgxLobe, One};
 use crate::polygon::{Polygon, is_position};
-use crate::quadrature::{Integrand, Outcome, SMOOTH_ANGLE, Tolerance, edge_lengths, integrate};
+use crate::quadrature::{Outcome, Tolerance, integrate};
 
 /// Why an integral could not be had.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -85,7 +85,7 @@ pub fn irradiance(
     let frame = shading_frame(unit("normal", normal)?, DVec3::ZERO);
     let outcome = integrate(&Cosine, clip(light, position(point)?, frame), tolerance);
     Ok(Integral {
-        value: checked(&outcome)?[0],
+        value: checked(&outcome)?[0].max(0.0),
         error: outcome.error,
     })
 }
@@ -137,7 +137,7 @@ pub fn solid_angle(
 ) -> Result<Integral, CubatureError> {
     let outcome = integrate(&One, whole(light, position(point)?), tolerance);
     Ok(Integral {
-        value: checked(&outcome)?[0],
+        value: checked(&outcome)?[0].max(0.0),
         error: outcome.error,
     })
 }
@@ -215,8 +215,9 @@ pub fn ggx_albedo(
 fn ggx_integral(outcome: &Outcome<2>) -> Result<GgxIntegral, CubatureError> {
     let [value, schlick] = checked(outcome)?;
     Ok(GgxIntegral {
-        value,
-        schlick,
+        // Rounding only: the lobe is nowhere negative, but the rule's weights are.
+        value: value.max(0.0),
+        schlick: schlick.max(0.0),
         error: outcome.error,
     })
 }
@@ -259,9 +260,14 @@ fn to_frame(rows: &[DVec3; 3], vector: DVec3) -> DVec3 {
     DVec3::from(rows.map(|row| row.dot(vector)))
 }
 
+/// Normalises any vector but zero, also one so short that its square is not a number above zero.
+fn unit_direction(vector: DVec3) -> DVec3 {
+    (vector / vector.abs().max_element()).normalize()
+}
+
 /// The light's triangles as unit directions from `point`, clockwise; none where the light is dark.
 fn whole(light: &Polygon, point: DVec3) -> impl Iterator<Item = [DVec3; 3]> + '_ {
-    seen(light, point).map(|triangle| triangle.map(DVec3::normalize))
+    seen(light, point).map(|triangle| triangle.map(unit_direction))
 }
 
 /// The light's triangles as vectors from `point`, turned so that the lit side is always the same.
@@ -287,119 +293,21 @@ fn clip(light: &Polygon, point: DVec3, rows: [DVec3; 3]) -> impl Iterator<Item =
         for (i, &a) in triangle.iter().enumerate() {
             let b = triangle[(i + 1) % 3];
             if a.z > 0.0 {
-                kept.push(a.normalize());
+                kept.push(unit_direction(a));
             }
             if (a.z > 0.0) != (b.z > 0.0) {
                 let crossing = a + a.z / (a.z - b.z) * (b - a);
                 // Exactly on the horizon, whatever rounding says; through the point itself there is no direction.
-                kept.extend(crossing.with_z(0.0).try_normalize());
+                let crossing = crossing.with_z(0.0);
+                if crossing != DVec3::ZERO {
+                    kept.push(unit_direction(crossing));
+                }
             }
         }
         (2..kept.len())
             .map(|i| [kept[0], kept[i - 1], kept[i]])
             .collect::<Vec<_>>()
     })
-}
-
-struct One;
-
-impl Integrand<1> for One {
-    fn evaluate(&self, _: DVec3) -> [f64; 1] {
-        [1.0]
-    }
-
-    fn edge_extents(&self, triangle: &[DVec3; 3]) -> [f64; 3] {
-        edge_lengths(triangle).map(|length| length / SMOOTH_ANGLE)
-    }
-}
-
-struct Cosine;
-
-impl Integrand<1> for Cosine {
-    fn evaluate(&self, direction: DVec3) -> [f64; 1] {
-        [direction.z]
-    }
-
-    fn edge_extents(&self, triangle: &[DVec3; 3]) -> [f64; 3] {
-        One.edge_extents(triangle)
-    }
-}
-
-struct Direction;
-
-impl Integrand<3> for Direction {
-    fn evaluate(&self, direction: DVec3) -> [f64; 3] {
-        direction.into()
-    }
-
-    fn edge_extents(&self, triangle: &[DVec3; 3]) -> [f64; 3] {
-        One.edge_extents(triangle)
-    }
-}
-
-/// The GGX lobe times the cosine at the light, in the shading frame.
-struct GgxLobe {
-    view: DVec3,
-    alpha: f64,
-}
-
-impl GgxLobe {
-    fn new(view: DVec3, alpha: f64) -> Result<Self, CubatureError> {
-        match alpha > 0.0 && alpha <= 1.0 {
-            true => Ok(Self { view, alpha }),
-            false => Err(CubatureError::Alpha(alpha)),
-        }
-    }
-}
-
-impl Integrand<2> for GgxLobe {
-    fn evaluate(&self, direction: DVec3) -> [f64; 2] {
-        // Rounding may put a direction of the horizon just below it.
-        let cos_theta = direction.z.max(0.0);
-        let half_vector = direction + self.view;
-        let value = ggx_distribution(half_vector, self.alpha)
-            * ggx_visibility(cos_theta, self.view.z, self.alpha)
-            * cos_theta;
-        // |l + v| = 2 h.v for unit directions, without the cancellation of the dot product.
-        [value, value * schlick_weight(0.5 * half_vector.length())]
-    }
-
-    /// D varies on the scale of sqrt(alpha^2 + slope^2) over slopes of the half vector, G2 on that of
-    /// sqrt(alpha^2 + cos^2) over the cosine, and the half vector itself on that of |l + v| over directions.
-    fn edge_extents(&self, triangle: &[DVec3; 3]) -> [f64; 3] {
-        let slopes = triangle.map(|l| {
-            let half_vector = l + self.view;
-            half_vector.truncate() / half_vector.z
-        });
-        let slope_scale = self.alpha.hypot(distance_to_origin(&slopes));
-        let lowest = triangle.iter().fold(1.0, |m: f64, l| m.min(l.z));
-        let cosine_scale = self.alpha.hypot(lowest);
-        let angle_scale = triangle
-            .iter()
-            .fold(SMOOTH_ANGLE, |m: f64, l| m.min(l.distance(-self.view)));
-        [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
-            let angle = triangle[i].distance(triangle[j]) / angle_scale;
-            let slope = slopes[i].distance(slopes[j]) / slope_scale;
-            let cosine = (triangle[i].z - triangle[j].z).abs() / cosine_scale;
-            (angle * angle + slope * slope + 0.5 * cosine * cosine).sqrt()
-        })
-    }
-}
-
-/// Distance of a plane triangle from the origin, zero inside.
-fn distance_to_origin(triangle: &[glam::DVec2; 3]) -> f64 {
-    let edges = [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j]));
-    let turns = edges.map(|(a, b)| a.perp_dot(b));
-    if turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0) {
-        return 0.0;
-    }
-    let to_edge = |(a, b): (glam::DVec2, glam::DVec2)| {
-        let along = b - a;
-        let t = (-a.dot(along) / along.length_squared()).clamp(0.0, 1.0);
-        // A NaN from an edge without length loses to the other edges' distances.
-        (a + t * along).length()
-    };
-    edges.map(to_edge).into_iter().fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

@@ -47,6 +47,9 @@ pub(crate) trait Integrand<const N: usize> {
 /// Spans between unit directions on which 1/|x|^3 and low-order polynomials are well behaved.
 pub(crate) const SMOOTH_ANGLE: f64 = 0.7;
 
+/// Chord beyond which a triangle is split whatever is integrated.
+const LONGEST_EDGE: f64 = 1.0;
+
 /// Lengths of the edges opposite each vertex.
 pub(crate) fn edge_lengths([a, b, c]: &[DVec3; 3]) -> [f64; 3] {
     [b.distance(*c), c.distance(*a), a.distance(*b)]
@@ -74,12 +77,17 @@ pub(crate) fn integrate<const N: usize>(
     let mut pending: Vec<[DVec3; 3]> = triangles.into_iter().collect();
     loop {
         while let Some(triangle) = pending.pop() {
-            let extents = integrand.edge_extents(&triangle);
-            let (longest, extent) = longest(extents);
-            if extent > 1.0 && evaluations < tolerance.max_evaluations {
+            // Plain length first: the ends of an arc of nearly 180 degrees say nothing about what lies between.
+            let (mut longest_edge, length) = longest(edge_lengths(&triangle));
+            let mut split = length > LONGEST_EDGE;
+            if !split {
+                let (edge, extent) = longest(integrand.edge_extents(&triangle));
+                (longest_edge, split) = (edge, extent > 1.0);
+            }
+            if split && evaluations < tolerance.max_evaluations {
                 // Counted, so that splitting too is bounded.
                 evaluations += 1;
-                pending.extend(bisect(&triangle, longest));
+                pending.extend(bisect(&triangle, longest_edge));
                 continue;
             }
             let piece = rule.apply(integrand, triangle);
@@ -100,7 +108,10 @@ pub(crate) fn integrate<const N: usize>(
         let mut error = total.error;
         let magnitude = total.value.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         let converged = error <= tolerance.absolute.max(tolerance.relative * magnitude);
-        if converged || pieces.is_empty() || evaluations >= tolerance.max_evaluations {
+        // A NaN converges nowhere and is worth no splitting.
+        let hopeless =
+            error.is_nan() || pieces.is_empty() || evaluations >= tolerance.max_evaluations;
+        if converged || hopeless {
             return Outcome {
                 value: total.value,
                 error: total.error,
@@ -112,8 +123,8 @@ pub(crate) fn integrate<const N: usize>(
         while error > goal {
             let Some(worst) = pieces.pop() else { break };
             error -= worst.error;
-            let (longest, _) = longest(integrand.edge_extents(&worst.triangle));
-            pending.extend(bisect(&worst.triangle, longest));
+            let (edge, _) = longest(integrand.edge_extents(&worst.triangle));
+            pending.extend(bisect(&worst.triangle, edge));
         }
     }
 }
@@ -288,8 +299,8 @@ fn estimate_error(estimates: [f64; 4]) -> f64 {
         return 0.0;
     }
     let rate = (d0 / d1).max(d1 / d2);
-    if rate < 0.25 {
-        4.0 * rate * d0
+    if rate < 0.1 {
+        10.0 * rate * d0
     } else {
         d0.max(0.25 * d1)
     }

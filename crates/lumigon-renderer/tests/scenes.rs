@@ -5,6 +5,9 @@
 mod make;
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
+
+static SCENES: LazyLock<Vec<make::Scene>> = LazyLock::new(make::scenes);
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../scenes")
@@ -12,11 +15,11 @@ fn folder() -> PathBuf {
 
 #[test]
 fn committed_scenes_are_what_the_script_makes() {
-    for (name, bytes) in make::scenes() {
+    for (name, bytes) in SCENES.iter() {
         let path = folder().join(name);
         let committed = std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         assert!(
-            committed == bytes,
+            committed == *bytes,
             "{name} differs from what scenes/make.rs makes: run its command again"
         );
     }
@@ -25,9 +28,9 @@ fn committed_scenes_are_what_the_script_makes() {
 /// Every front triangle turns counter-clockwise about its stored normals, so emitters emit where they say.
 #[test]
 fn scenes_are_valid_and_consistently_oriented() {
-    for (name, bytes) in make::scenes() {
+    for (name, bytes) in SCENES.iter() {
         let gltf::Gltf { document, blob } =
-            gltf::Gltf::from_slice(&bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
+            gltf::Gltf::from_slice(bytes).unwrap_or_else(|e| panic!("{name}: {e}"));
         let blob = blob.expect(name);
         for image in document.images() {
             let gltf::image::Source::View { view, .. } = image.source() else {

@@ -133,7 +133,7 @@ fn parallel_rectangles_at_any_distance_have_the_textbook_form_factor() {
 fn solid_angle_and_light_vector_agree_with_symmetry() {
     // A cube's face seen from its centre, from one side or both.
     let cube = rectangle([-1.0, 1.0], [-1.0, 1.0], 1.0);
-    let below = Polygon::new(&[cube.clone()], false).unwrap();
+    let below = Polygon::new(std::slice::from_ref(&cube), false).unwrap();
     let both = Polygon::new(&[cube], true).unwrap();
     let tolerance = Tolerance::default();
     for (light, point) in [(&below, ORIGIN), (&both, ORIGIN), (&both, [0.0, 0.0, 2.0])] {
@@ -296,4 +296,72 @@ fn hostile_arguments_are_named() {
         ggx(&light, ORIGIN, UP, view_at(70.0), 0.1, hopeless),
         Err(CubatureError::NotConverged { .. })
     ));
+}
+
+#[test]
+fn near_degenerate_lights_give_finite_light_in_range_that_adds_up() {
+    use crate::sampling::Random;
+    let mut random = Random::new(11, 0);
+    let mut pick = |values: &[f64]| values[(random.uniform() * values.len() as f64) as usize];
+    let coordinates = [-1.0, -0.5, -1e-9, 0.0, 0.0, 1e-9, 0.3, 1.0];
+    let tolerance = Tolerance::default();
+    let (mut tried, mut lit, mut cut) = (0, 0, 0);
+    while tried < 3000 {
+        // A quad across the horizon, through the zenith, in the light's plane, sliver, far or near.
+        let size = pick(&[1e-160, 1.0, 1.0, 1.0]);
+        let height = pick(&[0.0, 1e-17, 1e-12, 1e-6, 1e-6, 0.1, 1.0, 1e6]) * size;
+        let flat = [0; 4].map(|_| [0; 2].map(|_| size * pick(&coordinates)));
+        let upright = pick(&[0.0, 1.0]) > 0.5;
+        let lift = |[x, y]: [f64; 2]| {
+            if upright {
+                [height, x, y]
+            } else {
+                [x, -y, height]
+            }
+        };
+        let corners = flat.map(lift);
+        let Ok(whole) = Polygon::new(&[corners.to_vec()], true) else {
+            continue;
+        };
+        tried += 1;
+        let alpha = pick(&[0.0025, 0.1, 1.0]);
+        let view = view_at(pick(&[0.0, 60.0, 88.0]));
+        let case = format!("{corners:?} {alpha} {view:?}");
+        let value = |light: &Polygon| {
+            let e = irradiance(light, ORIGIN, UP, tolerance).map(|e| e.value);
+            let g = ggx(light, ORIGIN, UP, view, alpha, tolerance);
+            if height > 0.0 && height < 1e-7 * size {
+                // Closer to the plane than rounding of the directions along it can tell.
+                return [e.unwrap_or(0.0), g.map_or(0.0, |g| g.value), 0.0];
+            }
+            let (e, g) = (
+                e.unwrap_or_else(|e| panic!("{case}: {e}")),
+                g.unwrap_or_else(|e| panic!("{case}: {e}")),
+            );
+            [e, g.value, g.schlick]
+        };
+        let [e, g, schlick] = value(&whole);
+        assert!(
+            (0.0..=PI + 1e-8).contains(&e) && (0.0..=1.0 + 1e-8).contains(&g),
+            "{case}: {e} {g}"
+        );
+        assert!(schlick <= g + 1e-9, "{case}: {schlick} {g}");
+        lit += usize::from(e > 0.0);
+        // Cut in two by hand where that is a cut, the same light is left.
+        let halves =
+            [[0, 1, 2], [0, 2, 3]].map(|t| Polygon::new(&[t.map(|i| corners[i]).to_vec()], true));
+        let [Ok(a), Ok(b)] = &halves else { continue };
+        let aligned = DVec3::from(a.normal()).dot(b.normal().into()) > 0.0;
+        if aligned && height >= 1e-7 * size {
+            cut += 1;
+            let (a, b) = (value(a), value(b));
+            for (i, total) in [e, g, schlick].into_iter().enumerate() {
+                assert!(
+                    (a[i] + b[i] - total).abs() < 5e-9,
+                    "{case}: {a:?} + {b:?}, {total}"
+                );
+            }
+        }
+    }
+    assert!(lit > 500 && cut > 300, "{lit} {cut}");
 }
