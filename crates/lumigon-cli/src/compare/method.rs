@@ -29,6 +29,15 @@ impl Part {
         }
     }
 
+    /// What comes after a reference's name.
+    pub fn suffix(self) -> &'static str {
+        match self {
+            Self::Radiance => "",
+            Self::Diffuse => ", diffuse part",
+            Self::Specular => ", specular part",
+        }
+    }
+
     /// The heading of the part's methods.
     pub fn title(self) -> &'static str {
         match self {
