@@ -174,6 +174,17 @@ impl ZScores {
     }
 }
 
+impl ZScores {
+    /// Whether noise alone explains the differences: an rms of 0.85 to 1.15 and a mean within
+    /// ±0.1. None where no pixel has an error to judge by.
+    ///
+    /// Standard errors estimated from few paths scatter themselves, hence the room about 1.
+    pub fn is_noise(&self) -> Option<bool> {
+        let (rms, mean) = (self.rms?, self.mean?);
+        Some((0.85..=1.15).contains(&rms) && mean.abs() <= 0.1)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -10,6 +10,7 @@ mod machine;
 mod method;
 mod metrics;
 mod picture;
+mod quantity;
 mod record;
 mod report;
 mod run;

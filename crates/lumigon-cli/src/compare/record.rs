@@ -22,8 +22,8 @@ pub struct Record {
     /// Wall seconds of rendering the same picture without polygon lights: rays, materials, and
     /// punctual lights, which all methods share.
     pub seconds_without_polygon_lights: f64,
-    /// The path-traced pictures.
-    pub references: Vec<ReferenceRecord>,
+    /// The path-traced pictures, without shadows and with them.
+    pub references: [ReferenceRecord; 2],
     /// Every method in the order of the report.
     pub methods: Vec<MethodRecord>,
     /// The exact diffuse method against the noise of the unshadowed reference.
@@ -154,4 +154,15 @@ pub struct MethodRecord {
     /// `seconds` less the seconds without polygon lights, over the exact diffuse method's; none
     /// where those are not above 0.
     pub lighting_ratio_to_exact: Option<f64>,
+}
+
+impl ReferenceRecord {
+    /// The noise of one part.
+    pub fn noise(&self, part: Part) -> Noise {
+        match part {
+            Part::Radiance => self.radiance_noise,
+            Part::Diffuse => self.diffuse_noise,
+            Part::Specular => self.specular_noise,
+        }
+    }
 }

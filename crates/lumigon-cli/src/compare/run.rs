@@ -23,6 +23,7 @@ use super::record::{
     Against, MethodRecord, PartPicture, Record, ReferenceRecord, SceneRecord, SettingsRecord,
 };
 use super::stopwatch::Timing;
+use super::quantity::{duration, percent, scene_name};
 use super::{Args, CompareError, report};
 
 /// Renders the scene by every method and writes the report. `stage` is told what comes next.
@@ -112,8 +113,8 @@ pub fn run(args: &Args, stage: &dyn Fn(&str), watch: Watch<'_>) -> Result<(), Co
         exact_diffuse_z_scores: z_scores,
         files,
     };
-    let scales = sections.iter().map(|section| section.scale).collect();
-    write(folder.path(), report::INDEX, &report::html(&record, scales)?)?;
+    let scales: Vec<_> = sections.iter().map(|section| section.scale).collect();
+    write(folder.path(), report::INDEX, &report::html(&record, &scales)?)?;
     let json = serde_json::to_string_pretty(&record)?;
     write(folder.path(), METRICS, &(json + "\n"))?;
     folder.commit()
@@ -141,7 +142,7 @@ struct Comparison<'a> {
     display: Display,
     /// The unshadowed reference's parts, in the order of [`Part::ALL`].
     truths: [Truth; 3],
-    references: Vec<ReferenceRecord>,
+    references: [ReferenceRecord; 2],
     records: Vec<MethodRecord>,
     z_scores: ZScores,
     sections: Vec<Section>,
@@ -189,7 +190,7 @@ impl<'a> Comparison<'a> {
         };
         stage("the reference without shadows");
         let (unshadowed, seconds) = reference(false, 1)?;
-        let mut references = vec![reference_record(&unshadowed, false, 1, seconds)];
+        let first = reference_record(&unshadowed, false, 1, seconds);
         let ReferenceRendering {
             mean,
             diffuse_error,
@@ -210,7 +211,7 @@ impl<'a> Comparison<'a> {
         ];
         stage("the reference with shadows");
         let (shadowed, seconds) = reference(true, args.bounces)?;
-        references.push(reference_record(&shadowed, true, args.bounces, seconds));
+        let second = reference_record(&shadowed, true, args.bounces, seconds);
 
         let mut this = Self {
             args,
@@ -221,7 +222,7 @@ impl<'a> Comparison<'a> {
             display,
             z_scores: ZScores::new(&[], &[], &[]),
             truths,
-            references,
+            references: [first, second],
             records: Vec::new(),
             sections: Vec::new(),
             files: Vec::new(),
@@ -428,34 +429,4 @@ fn choose_camera(scene: &Scene, wanted: Option<&str>) -> Result<Camera, CompareE
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), CompareError> {
     let path = folder.join(name);
     fs::write(&path, text).map_err(|source| CompareError::io(&path, source))
-}
-
-/// The scene's file name without its ending.
-pub(super) fn scene_name(path: &Path) -> String {
-    let stem = path.file_stem().unwrap_or(path.as_os_str());
-    stem.to_string_lossy().into_owned()
-}
-
-/// A fraction as a percentage of three digits; a dash for none.
-pub(super) fn percent(fraction: Option<f64>) -> String {
-    match fraction.map(|fraction| 100.0 * fraction) {
-        None => "–".to_owned(),
-        Some(p) if p != 0.0 && p.abs() < 0.01 => format!("{p:.1e} %"),
-        Some(p) if p.abs() < 1.0 => format!("{p:.3} %"),
-        Some(p) if p.abs() < 10.0 => format!("{p:.2} %"),
-        Some(p) if p.abs() < 100.0 => format!("{p:.1} %"),
-        Some(p) => format!("{p:.0} %"),
-    }
-}
-
-/// Seconds in a unit that suits them.
-pub(super) fn duration(seconds: f64) -> String {
-    match seconds {
-        s if s < 1e-3 => format!("{:.0} µs", s * 1e6),
-        s if s < 0.01 => format!("{:.2} ms", s * 1e3),
-        s if s < 0.1 => format!("{:.1} ms", s * 1e3),
-        s if s < 1.0 => format!("{:.0} ms", s * 1e3),
-        s if s < 10.0 => format!("{s:.2} s"),
-        s => format!("{s:.1} s"),
-    }
 }

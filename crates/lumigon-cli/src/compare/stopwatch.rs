@@ -2,48 +2,65 @@
 
 use std::time::Instant;
 
-/// Wall seconds of repeated calls.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Timing {
-    sorted: Vec<f64>,
+/// Wall seconds of repeated calls; the first is a warm-up once there are three.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stopwatch {
+    seconds: Vec<f64>,
 }
 
 /// At most this many calls,
-const REPEATS: usize = 9;
+const REPEATS: usize = 10;
 /// and no more once they took this long together.
-const ENOUGH_SECONDS: f64 = 1.5;
+const ENOUGH_SECONDS: f64 = 2.0;
 
-impl Timing {
-    /// Calls until it has been called often or long enough, at least once; the last result.
+impl Stopwatch {
+    /// Calls once.
     ///
     /// # Errors
-    /// The first that a call returns.
-    pub fn of<T, E>(mut call: impl FnMut() -> Result<T, E>) -> Result<(T, Self), E> {
-        let mut sorted = Vec::new();
-        loop {
-            let start = Instant::now();
-            let result = call()?;
-            sorted.push(start.elapsed().as_secs_f64());
-            if sorted.len() >= REPEATS || sorted.iter().sum::<f64>() >= ENOUGH_SECONDS {
-                sorted.sort_by(f64::total_cmp);
-                return Ok((result, Self { sorted }));
-            }
+    /// What the call returns.
+    pub fn measure<T, E>(&mut self, call: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+        let start = Instant::now();
+        let result = call()?;
+        self.seconds.push(start.elapsed().as_secs_f64());
+        Ok(result)
+    }
+
+    /// Whether another call would make the median better at little cost.
+    pub fn wants_more(&self) -> bool {
+        self.seconds.len() < REPEATS && self.seconds.iter().sum::<f64>() < ENOUGH_SECONDS
+    }
+
+    /// The median, or the mean of the middle two; 0 before the first call.
+    pub fn seconds(&self) -> f64 {
+        let sorted = self.sorted();
+        match sorted.len() {
+            0 => 0.0,
+            n => 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]),
         }
     }
 
-    /// The median; the upper of two.
-    pub fn seconds(&self) -> f64 {
-        self.sorted[self.sorted.len() / 2]
-    }
-
-    /// The fastest and the slowest.
+    /// The fastest and the slowest; 0 before the first call.
     pub fn range(&self) -> [f64; 2] {
-        [self.sorted[0], self.sorted[self.sorted.len() - 1]]
+        let sorted = self.sorted();
+        [sorted.first(), sorted.last()].map(|end| end.copied().unwrap_or(0.0))
     }
 
-    /// How many calls.
+    /// How many calls count.
     pub fn repeats(&self) -> usize {
-        self.sorted.len()
+        self.counted().len()
+    }
+
+    fn counted(&self) -> &[f64] {
+        match self.seconds.len() {
+            0..3 => &self.seconds,
+            _ => &self.seconds[1..],
+        }
+    }
+
+    fn sorted(&self) -> Vec<f64> {
+        let mut sorted = self.counted().to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted
     }
 }
 
@@ -52,16 +69,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fast_calls_repeat_and_errors_stop() {
-        let mut calls = 0;
-        let (last, timing) = Timing::of(|| {
-            calls += 1;
-            Ok::<_, ()>(calls)
-        })
-        .unwrap();
-        assert_eq!((last, timing.repeats()), (REPEATS, REPEATS));
-        let [fastest, slowest] = timing.range();
-        assert!(fastest <= timing.seconds() && timing.seconds() <= slowest);
-        assert_eq!(Timing::of(|| Err::<(), _>("no")), Err("no"));
+    fn warm_up_does_not_count() {
+        let of = |seconds: &[f64]| Stopwatch {
+            seconds: seconds.to_vec(),
+        };
+        assert_eq!(of(&[]).seconds(), 0.0);
+        assert_eq!(of(&[0.5, 0.25]).seconds(), 0.375);
+        let watch = of(&[9.0, 0.25, 0.75, 0.5]);
+        assert_eq!((watch.seconds(), watch.repeats()), (0.5, 3));
+        assert_eq!(watch.range(), [0.25, 0.75]);
+        assert!(!watch.wants_more() && of(&[0.1; 9]).wants_more());
+        assert!(!of(&[0.1; 10]).wants_more());
+    }
+
+    #[test]
+    fn failed_calls_do_not_count() {
+        let mut watch = Stopwatch::default();
+        assert_eq!(watch.measure(|| Err::<(), _>("no")), Err("no"));
+        assert_eq!(watch.measure(|| Ok::<_, ()>(5)), Ok(5));
+        assert_eq!(watch.repeats(), 1);
     }
 }
