@@ -1,23 +1,13 @@
 //! The `lumigon` command.
 
-mod compare;
+use std::process::ExitCode;
 
 use clap::Parser;
-use lumigon_renderer::Watch;
+use lumigon_cli::Arguments;
 
-/// Light from polygons.
-#[derive(Parser)]
-enum Command {
-    Compare(compare::Args),
-}
-
-fn main() -> std::process::ExitCode {
-    let Command::Compare(args) = Command::parse();
-    match compare::run(&args, &|stage| eprintln!("{stage}"), Watch::none()) {
-        Ok(()) => std::process::ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("lumigon: {error}");
-            std::process::ExitCode::FAILURE
-        }
+fn main() -> ExitCode {
+    match Arguments::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
     }
 }

@@ -3,12 +3,12 @@
 use image::imageops::{self, FilterType};
 use image::{Rgb, RgbImage};
 
-use super::CompareError;
+use super::error::CompareError;
 use super::false_color::FalseColor;
 use super::label::Label;
 
 /// Columns of the sheet: a reference, and four methods beside it.
-const COLUMNS: u32 = 5;
+pub(super) const COLUMNS: u32 = 5;
 const GAP: u32 = 20;
 const MARGIN: u32 = 36;
 const LINE: u32 = 24;
@@ -21,31 +21,33 @@ const FADED: Rgb<u8> = Rgb([164, 168, 180]);
 
 /// Pictures of one part of the light, with the scale of their differences.
 #[derive(Clone, Debug)]
-pub struct Section {
+pub(super) struct Section {
     /// Its heading.
-    pub title: String,
+    pub(super) title: String,
     /// The scale of its differences.
-    pub scale: FalseColor,
+    pub(super) scale: FalseColor,
     /// Its pictures in rows of five, the first column the references; gaps are empty.
-    pub cells: Vec<Option<Cell>>,
+    pub(super) cells: Vec<Option<Cell>>,
 }
 
 /// One picture with its difference and its numbers.
 #[derive(Clone, Debug)]
-pub struct Cell {
+pub(super) struct Cell {
+    /// Names the picture.
+    pub(super) id: &'static str,
     /// The method's name.
-    pub title: String,
+    pub(super) title: String,
     /// The picture.
-    pub picture: RgbImage,
+    pub(super) picture: RgbImage,
     /// Its difference from the reference; none for the reference itself.
-    pub difference: Option<RgbImage>,
+    pub(super) difference: Option<RgbImage>,
     /// Its numbers, in words.
-    pub numbers: String,
+    pub(super) numbers: String,
 }
 
 /// The size that a picture of `size` has on the sheet: 320 to 480 pixels across, and no more than
 /// 640 down.
-pub fn thumbnail_size((width, height): (u32, u32)) -> (u32, u32) {
+pub(super) fn thumbnail_size((width, height): (u32, u32)) -> (u32, u32) {
     let (w, h) = (f64::from(width.max(1)), f64::from(height.max(1)));
     let scale = (w.clamp(320.0, 480.0) / w).min(640.0 / h);
     let side = |length: f64| (length * scale).round().max(1.0) as u32;
@@ -53,7 +55,7 @@ pub fn thumbnail_size((width, height): (u32, u32)) -> (u32, u32) {
 }
 
 /// A picture in its size on the sheet.
-pub fn thumbnail(picture: &RgbImage) -> RgbImage {
+pub(super) fn thumbnail(picture: &RgbImage) -> RgbImage {
     let (width, height) = thumbnail_size(picture.dimensions());
     // Small pictures keep their pixels' edges: what is seen is what was rendered.
     let filter = if width > picture.width() {
@@ -68,7 +70,7 @@ pub fn thumbnail(picture: &RgbImage) -> RgbImage {
 ///
 /// # Errors
 /// Where the built-in font is broken.
-pub fn contact_sheet(
+pub(super) fn contact_sheet(
     title: &str,
     facts: &str,
     sections: &[Section],
@@ -77,7 +79,9 @@ pub fn contact_sheet(
     let cells = sections.iter().flat_map(|s| s.cells.iter().flatten());
     let (picture_width, picture_height) = cells
         .map(|cell| cell.picture.dimensions())
-        .fold((1, 1), |(w, h), (width, height)| (w.max(width), h.max(height)));
+        .fold((1, 1), |(w, h), (width, height)| {
+            (w.max(width), h.max(height))
+        });
     // Portrait pictures are narrower than their words.
     let column = picture_width.max(320);
     let row = 2 * picture_height + 2 * LINE + 6 + GAP;
@@ -85,7 +89,12 @@ pub fn contact_sheet(
     let header = MARGIN + 78;
     let heading = 84;
     let rows = |section: &Section| section.cells.len().div_ceil(COLUMNS as usize) as u32;
-    let height = header + sections.iter().map(|s| heading + rows(s) * row).sum::<u32>() + MARGIN;
+    let height = header
+        + sections
+            .iter()
+            .map(|s| heading + rows(s) * row)
+            .sum::<u32>()
+        + MARGIN;
 
     let mut sheet = RgbImage::from_pixel(width, height, PAPER);
     let across = (width - 2 * MARGIN) as f32;
@@ -93,7 +102,13 @@ pub fn contact_sheet(
     let words = label.fitted(title, 34.0, across);
     label.draw(&mut sheet, (left, MARGIN as f32 - 8.0), 34.0, INK, &words);
     let words = label.fitted(facts, SMALL, across);
-    label.draw(&mut sheet, (left, MARGIN as f32 + 36.0), SMALL, FADED, &words);
+    label.draw(
+        &mut sheet,
+        (left, MARGIN as f32 + 36.0),
+        SMALL,
+        FADED,
+        &words,
+    );
 
     let mut top = header;
     for section in sections {
@@ -142,7 +157,13 @@ fn draw_legend(sheet: &mut RgbImage, label: &Label, (x, y): (u32, u32), scale: F
     let bar = legend(LEGEND_WIDTH, 16, scale);
     let words = "difference from the reference in luminance: too dark to too bright";
     let indent = (LEGEND_WIDTH as f32 - label.width(words, SMALL)) * 0.5;
-    label.draw(sheet, (x as f32 + indent, y as f32 - 8.0), SMALL, FADED, words);
+    label.draw(
+        sheet,
+        (x as f32 + indent, y as f32 - 8.0),
+        SMALL,
+        FADED,
+        words,
+    );
     imageops::replace(sheet, &bar, x.into(), i64::from(y) + 16);
     for (place, difference) in scale.ticks() {
         let text = signed(difference);
@@ -155,7 +176,7 @@ fn draw_legend(sheet: &mut RgbImage, label: &Label, (x, y): (u32, u32), scale: F
 }
 
 /// The scale of differences as a bar, too dark on the left.
-pub fn legend(width: u32, height: u32, scale: FalseColor) -> RgbImage {
+pub(super) fn legend(width: u32, height: u32, scale: FalseColor) -> RgbImage {
     RgbImage::from_fn(width, height, |x, _| {
         let place = (f64::from(x) + 0.5) / f64::from(width);
         scale.color(scale.difference_at(place))
@@ -163,7 +184,7 @@ pub fn legend(width: u32, height: u32, scale: FalseColor) -> RgbImage {
 }
 
 /// A difference with its sign, without needless digits.
-pub fn signed(difference: f64) -> String {
+pub(super) fn signed(difference: f64) -> String {
     let magnitude = difference.abs();
     let digits = if magnitude == 0.0 || (1e-3..1e5).contains(&magnitude) {
         // Four significant digits are enough for a quarter of 1, 2 or 5.
@@ -185,6 +206,7 @@ mod tests {
     fn cell(shade: u8) -> Cell {
         let picture = RgbImage::from_pixel(320, 200, Rgb([shade; 3]));
         Cell {
+            id: "exact",
             title: "Exact".to_owned(),
             difference: Some(picture.clone()),
             picture,

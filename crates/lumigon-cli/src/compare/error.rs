@@ -3,30 +3,16 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use lumigon_renderer::{RenderError, SceneError};
+use lumigon_renderer::{PictureError, RenderError};
 
 /// Why there is no report.
 #[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    /// The scene could not be read.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-    /// It could not be rendered.
+pub(super) enum CompareError {
+    /// The scene could not be rendered.
     #[error(transparent)]
     Render(#[from] RenderError),
-    /// There is no such camera.
-    #[error("there is no camera \"{wanted}\": {offered}")]
-    Camera {
-        /// What was asked for.
-        wanted: String,
-        /// What there is.
-        offered: String,
-    },
-    /// A setting is no length.
-    #[error("bias is {0}: give a length of at least 0, in scene units")]
-    Bias(f64),
     /// The folder belongs to something else.
-    #[error("{path}: {what}; name a new or an empty folder, or an earlier report", path = path.display())]
+    #[error("{}: {what}; name a new or an empty folder, or an earlier report", path.display())]
     Occupied {
         /// The folder.
         path: PathBuf,
@@ -34,7 +20,7 @@ pub enum CompareError {
         what: String,
     },
     /// The folder has nowhere to be.
-    #[error("{path}: there is no folder {parent}; make it first", path = path.display(), parent = parent.display())]
+    #[error("{}: there is no folder {}; make it first", path.display(), parent.display())]
     NoParent {
         /// The folder.
         path: PathBuf,
@@ -42,7 +28,7 @@ pub enum CompareError {
         parent: PathBuf,
     },
     /// A file or a folder could not be written.
-    #[error("{path}: {source}", path = path.display())]
+    #[error("{}: {source}", path.display())]
     Io {
         /// Which.
         path: PathBuf,
@@ -50,7 +36,7 @@ pub enum CompareError {
         source: io::Error,
     },
     /// A picture could not be written as PNG.
-    #[error("{path}: {source}", path = path.display())]
+    #[error("{}: {source}", path.display())]
     Png {
         /// Which.
         path: PathBuf,
@@ -58,13 +44,8 @@ pub enum CompareError {
         source: image::ImageError,
     },
     /// A picture could not be written as EXR.
-    #[error("{path}: {source}", path = path.display())]
-    Exr {
-        /// Which.
-        path: PathBuf,
-        /// Why.
-        source: exr::error::Error,
-    },
+    #[error(transparent)]
+    Picture(#[from] PictureError),
     /// The report's template failed.
     #[error("the report: {0}")]
     Template(#[from] askama::Error),

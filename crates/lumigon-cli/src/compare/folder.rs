@@ -7,27 +7,35 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::CompareError;
+use super::error::CompareError;
 
 /// The file that marks a folder as a report, and lists what belongs to it.
-pub const METRICS: &str = "metrics.json";
+pub(super) const METRICS: &str = "metrics.json";
 
 /// What [`METRICS`] says of its maker.
-pub const GENERATOR: &str = "lumigon compare";
+pub(super) const GENERATOR: &str = "lumigon compare";
 
 /// A folder beside its destination, moved there when it is complete and removed otherwise.
 #[derive(Debug)]
-pub struct ReportFolder {
+pub(super) struct ReportFolder {
     destination: PathBuf,
     folder: TempDir,
 }
 
 impl ReportFolder {
+    /// Whether [`ReportFolder::create`] would find a place.
+    ///
+    /// # Errors
+    /// Where `destination` holds anything but an earlier report, or has no parent.
+    pub(super) fn check(destination: &Path) -> Result<(), CompareError> {
+        refuse_foreign(&resolve(destination)?)
+    }
+
     /// Makes the folder beside `destination`.
     ///
     /// # Errors
     /// Where `destination` holds anything but an earlier report, or cannot be written beside.
-    pub fn create(destination: &Path) -> Result<Self, CompareError> {
+    pub(super) fn create(destination: &Path) -> Result<Self, CompareError> {
         let destination = resolve(destination)?;
         refuse_foreign(&destination)?;
         let parent = destination.parent().unwrap_or(Path::new("/"));
@@ -42,7 +50,7 @@ impl ReportFolder {
     }
 
     /// Where to write.
-    pub fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         self.folder.path()
     }
 
@@ -50,7 +58,7 @@ impl ReportFolder {
     ///
     /// # Errors
     /// Where the destination has become something else meanwhile, or cannot be replaced.
-    pub fn commit(self) -> Result<(), CompareError> {
+    pub(super) fn commit(self) -> Result<(), CompareError> {
         let destination = self.destination;
         let failed = |source| CompareError::io(&destination, source);
         // Someone may have put files there while the pictures were rendered.
@@ -85,13 +93,15 @@ fn resolve(destination: &Path) -> Result<PathBuf, CompareError> {
     }
     let absolute = std::path::absolute(destination).map_err(failed)?;
     let parent = absolute.parent().unwrap_or(Path::new("/"));
-    let parent = parent.canonicalize().map_err(|source| match source.kind() {
-        io::ErrorKind::NotFound => CompareError::NoParent {
-            path: destination.to_owned(),
-            parent: parent.to_owned(),
-        },
-        _ => CompareError::io(parent, source),
-    })?;
+    let parent = parent
+        .canonicalize()
+        .map_err(|source| match source.kind() {
+            io::ErrorKind::NotFound => CompareError::NoParent {
+                path: destination.to_owned(),
+                parent: parent.to_owned(),
+            },
+            _ => CompareError::io(parent, source),
+        })?;
     match absolute.file_name() {
         Some(name) => Ok(parent.join(name)),
         None => Ok(parent),

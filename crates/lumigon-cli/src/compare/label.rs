@@ -4,11 +4,11 @@ use ab_glyph::{Font, FontRef, Glyph, PxScale, ScaleFont, point};
 use epaint_default_fonts::UBUNTU_LIGHT;
 use image::{Rgb, RgbImage};
 
-use super::CompareError;
+use super::error::CompareError;
 
 /// Writes text into pictures with the Ubuntu font.
 #[derive(Debug)]
-pub struct Label {
+pub(super) struct Label {
     font: FontRef<'static>,
 }
 
@@ -17,18 +17,18 @@ impl Label {
     ///
     /// # Errors
     /// Where the font that was built in is broken.
-    pub fn new() -> Result<Self, CompareError> {
+    pub(super) fn new() -> Result<Self, CompareError> {
         let font = FontRef::try_from_slice(UBUNTU_LIGHT).map_err(|_| CompareError::Font)?;
         Ok(Self { font })
     }
 
     /// How wide a line of text is, in pixels.
-    pub fn width(&self, text: &str, size: f32) -> f32 {
+    pub(super) fn width(&self, text: &str, size: f32) -> f32 {
         self.line(text, size).1
     }
 
     /// The text, shortened until it fits.
-    pub fn fitted(&self, text: &str, size: f32, width: f32) -> String {
+    pub(super) fn fitted(&self, text: &str, size: f32, width: f32) -> String {
         if self.width(text, size) <= width {
             return text.to_owned();
         }
@@ -43,7 +43,14 @@ impl Label {
     }
 
     /// Draws one line of text; (`x`, `y`) is the upper left corner of the line.
-    pub fn draw(&self, image: &mut RgbImage, (x, y): (f32, f32), size: f32, color: Rgb<u8>, text: &str) {
+    pub(super) fn draw(
+        &self,
+        image: &mut RgbImage,
+        (x, y): (f32, f32),
+        size: f32,
+        color: Rgb<u8>,
+        text: &str,
+    ) {
         let ascent = self.font.as_scaled(size).ascent();
         for mut glyph in self.line(text, size).0 {
             glyph.position += point(x, y + ascent);

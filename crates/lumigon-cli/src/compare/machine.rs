@@ -6,20 +6,20 @@ use serde::Serialize;
 
 /// What decides how long a method takes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Machine {
+pub(super) struct Machine {
     /// The processor's model name; none where the system does not tell.
-    pub cpu: Option<String>,
+    pub(super) cpu: Option<String>,
     /// Threads that render.
-    pub threads: usize,
+    pub(super) threads: usize,
     /// The processor's architecture.
-    pub architecture: &'static str,
+    pub(super) architecture: &'static str,
     /// The operating system.
-    pub system: &'static str,
+    pub(super) system: &'static str,
 }
 
 impl Machine {
     /// This one.
-    pub fn this() -> Self {
+    pub(super) fn this() -> Self {
         let cpu = fs::read_to_string("/proc/cpuinfo")
             .ok()
             .and_then(|text| model_name(&text));

@@ -7,7 +7,7 @@ use serde::Serialize;
 /// The part of a rendering that a method is judged by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Part {
+pub(super) enum Part {
     /// Emitted, diffuse and specular light.
     Radiance,
     /// Light scattered by the diffuse lobe.
@@ -18,10 +18,10 @@ pub enum Part {
 
 impl Part {
     /// Every part, in the order of the report.
-    pub const ALL: [Self; 3] = [Self::Radiance, Self::Diffuse, Self::Specular];
+    pub(super) const ALL: [Self; 3] = [Self::Radiance, Self::Diffuse, Self::Specular];
 
     /// The part's name in file names.
-    pub fn id(self) -> &'static str {
+    pub(super) fn id(self) -> &'static str {
         match self {
             Self::Radiance => "radiance",
             Self::Diffuse => "diffuse",
@@ -30,7 +30,7 @@ impl Part {
     }
 
     /// What comes after a reference's name.
-    pub fn suffix(self) -> &'static str {
+    pub(super) fn suffix(self) -> &'static str {
         match self {
             Self::Radiance => "",
             Self::Diffuse => ", diffuse part",
@@ -39,7 +39,7 @@ impl Part {
     }
 
     /// The heading of the part's methods.
-    pub fn title(self) -> &'static str {
+    pub(super) fn title(self) -> &'static str {
         match self {
             Self::Radiance => "The whole picture",
             Self::Diffuse => "Diffuse light",
@@ -48,7 +48,7 @@ impl Part {
     }
 
     /// Takes the part out of a rendering.
-    pub fn of(self, rendering: Rendering) -> Pixels {
+    pub(super) fn of(self, rendering: Rendering) -> Pixels {
         match self {
             Self::Radiance => rendering.radiance(),
             Self::Diffuse => rendering.diffuse,
@@ -59,25 +59,25 @@ impl Part {
 
 /// One method, or one pair of a diffuse and a specular method.
 #[derive(Clone, Debug)]
-pub struct Method {
+pub(super) struct Method {
     /// Unique; a file name.
-    pub id: &'static str,
+    pub(super) id: &'static str,
     /// The method's name.
-    pub title: &'static str,
+    pub(super) title: &'static str,
     /// What it is judged by.
-    pub part: Part,
+    pub(super) part: Part,
     /// How diffuse light is computed meanwhile.
-    pub diffuse: DiffuseMethod,
+    pub(super) diffuse: DiffuseMethod,
     /// How specular light is computed meanwhile.
-    pub specular: SpecularMethod,
+    pub(super) specular: SpecularMethod,
     /// What it does, in plain words.
-    pub words: &'static str,
+    pub(super) words: &'static str,
     /// Where it was published.
-    pub source: &'static str,
+    pub(super) source: &'static str,
 }
 
 /// The exact diffuse method's [`Method::id`]: all times are compared to its own.
-pub const EXACT: &str = "exact";
+pub(super) const EXACT: &str = "exact";
 
 const LAMBERT: &str = "J. H. Lambert, Photometria, 1760; in Stokes' form: M. Iwanicki, Deriving \
     the analytical formula for a diffuse response from a polygonal light source; without a \
@@ -90,15 +90,15 @@ const HEITZ: &str = "E. Heitz, J. Dupuy, S. Hill and D. Neubelt, Real-Time Polyg
     Shading with Linearly Transformed Cosines, ACM TOG 35(4), 2016";
 
 /// The path tracer's words.
-pub const REFERENCE_WORDS: &str = "Path traced in double precision: light paths sampled from the \
+pub(super) const REFERENCE_WORDS: &str = "Path traced in double precision: light paths sampled from the \
     lights and from the surfaces, both weighted by multiple importance sampling. It shares no \
     light-integration code with the methods, and knows its own noise.";
 /// The path tracer's sources.
-pub const REFERENCE_SOURCE: &str = "E. Veach and L. J. Guibas, Optimally Combining Sampling \
+pub(super) const REFERENCE_SOURCE: &str = "E. Veach and L. J. Guibas, Optimally Combining Sampling \
     Techniques for Monte Carlo Rendering, SIGGRAPH 1995";
 
 /// Every method that is compared. `bias` is the biased projection's, in scene units.
-pub fn methods(bias: f64) -> Vec<Method> {
+pub(super) fn methods(bias: f64) -> Vec<Method> {
     let mut methods = vec![Method {
         id: "exact-ltc",
         title: "Exact diffuse + LTC specular",
@@ -275,7 +275,7 @@ fn specular_methods() -> Vec<Method> {
 }
 
 /// The bias where none is asked for: half of the median light's radius about its vertices' mean.
-pub fn default_bias(scene: &Scene) -> f64 {
+pub(super) fn default_bias(scene: &Scene) -> f64 {
     let mut radii: Vec<f64> = scene
         .polygon_lights
         .iter()
@@ -288,7 +288,9 @@ pub fn default_bias(scene: &Scene) -> f64 {
         .filter(|radius| radius.is_finite())
         .collect();
     radii.sort_by(f64::total_cmp);
-    radii.get(radii.len() / 2).map_or(0.0, |radius| 0.5 * radius)
+    radii
+        .get(radii.len() / 2)
+        .map_or(0.0, |radius| 0.5 * radius)
 }
 
 #[cfg(test)]
@@ -307,7 +309,11 @@ mod tests {
             .collect();
         // "Exact + LTC" and "LTC" are one rendering, judged by different parts.
         assert_eq!(choices.len(), methods.len() - 1);
-        assert!(methods.iter().any(|m| m.id == EXACT && m.part == Part::Diffuse));
+        assert!(
+            methods
+                .iter()
+                .any(|m| m.id == EXACT && m.part == Part::Diffuse)
+        );
         assert!(methods.is_sorted_by_key(|m| m.part));
     }
 

@@ -6,52 +6,52 @@ use serde::Serialize;
 ///
 /// Pixels with an infinity or NaN in either picture are left out and counted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Difference {
+pub(super) struct Difference {
     /// Root of the mean squared difference, in radiance.
-    pub rmse: f64,
+    pub(super) rmse: f64,
     /// `rmse` over the reference's mean; none where that mean is 0.
-    pub relative_rmse: Option<f64>,
+    pub(super) relative_rmse: Option<f64>,
     /// What is left of `rmse` without the reference's own noise:
     /// sqrt(rmse² - mean squared standard error), or 0 where the noise explains all of it.
-    pub rmse_beyond_noise: f64,
+    pub(super) rmse_beyond_noise: f64,
     /// `rmse_beyond_noise` over the reference's mean.
-    pub relative_rmse_beyond_noise: Option<f64>,
+    pub(super) relative_rmse_beyond_noise: Option<f64>,
     /// Mean difference: above 0 where the picture is too bright.
-    pub bias: f64,
+    pub(super) bias: f64,
     /// `bias` over the reference's mean.
-    pub relative_bias: Option<f64>,
+    pub(super) relative_bias: Option<f64>,
     /// The factor on the picture that would bring it closest; none for a black picture.
-    pub best_scale: Option<f64>,
+    pub(super) best_scale: Option<f64>,
     /// `relative_rmse` after that factor: the error of the picture's shape alone.
-    pub relative_rmse_at_best_scale: Option<f64>,
+    pub(super) relative_rmse_at_best_scale: Option<f64>,
     /// Pixels left out.
-    pub non_finite_pixels: u64,
+    pub(super) non_finite_pixels: u64,
 }
 
 /// The rms of standard errors, over all pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Noise {
+pub(super) struct Noise {
     /// In radiance.
-    pub rms_standard_error: f64,
+    pub(super) rms_standard_error: f64,
     /// Over the reference's mean; none where that mean is 0.
-    pub relative: Option<f64>,
+    pub(super) relative: Option<f64>,
 }
 
 /// (picture - reference) / standard error, where the standard error is above 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct ZScores {
+pub(super) struct ZScores {
     /// How many pixels and channels have one.
-    pub count: u64,
+    pub(super) count: u64,
     /// Their rms: 1 where nothing but the reference's noise separates the pictures.
-    pub rms: Option<f64>,
+    pub(super) rms: Option<f64>,
     /// Their mean: 0 where there is no bias.
-    pub mean: Option<f64>,
+    pub(super) mean: Option<f64>,
     /// The fraction beyond ±3: 0.0027 for normally distributed noise.
     pub fraction_beyond_3: Option<f64>,
     /// Pixels and channels whose standard error is 0.
-    pub without_error: u64,
+    pub(super) without_error: u64,
     /// The greatest difference among those.
-    pub greatest_difference_without_error: f64,
+    pub(super) greatest_difference_without_error: f64,
 }
 
 /// Means over the finite pixels.
@@ -69,7 +69,7 @@ struct Sums {
 
 impl Difference {
     /// Compares pictures of one size; `noise` is the reference's.
-    pub fn new(picture: &[[f32; 3]], reference: &[[f32; 3]], noise: Noise) -> Self {
+    pub(super) fn new(picture: &[[f32; 3]], reference: &[[f32; 3]], noise: Noise) -> Self {
         let mut sums = Sums::default();
         for (p, r) in picture.iter().zip(reference) {
             if !p.iter().chain(r).all(|value| value.is_finite()) {
@@ -117,7 +117,7 @@ impl Difference {
 
 impl Noise {
     /// From the means and their standard errors.
-    pub fn new(mean: &[[f32; 3]], standard_error: &[[f32; 3]]) -> Self {
+    pub(super) fn new(mean: &[[f32; 3]], standard_error: &[[f32; 3]]) -> Self {
         let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
         for (m, e) in mean.iter().zip(standard_error) {
             if m.iter().chain(e).all(|value| value.is_finite()) {
@@ -137,7 +137,7 @@ impl Noise {
 
 impl ZScores {
     /// Compares pictures of one size.
-    pub fn new(
+    pub(super) fn new(
         picture: &[[f32; 3]],
         reference: &[[f32; 3]],
         standard_error: &[[f32; 3]],
@@ -179,7 +179,7 @@ impl ZScores {
     /// ±0.1. None where no pixel has an error to judge by.
     ///
     /// Standard errors estimated from few paths scatter themselves, hence the room about 1.
-    pub fn is_noise(&self) -> Option<bool> {
+    pub(super) fn is_noise(&self) -> Option<bool> {
         let (rms, mean) = (self.rms?, self.mean?);
         Some((0.85..=1.15).contains(&rms) && mean.abs() <= 0.1)
     }
@@ -231,11 +231,7 @@ mod tests {
 
     #[test]
     fn z_scores_leave_out_what_has_no_error() {
-        let z = ZScores::new(
-            &[[1.0, 5.0, 0.25]],
-            &[[0.0, 1.0, 0.0]],
-            &[[1.0, 1.0, 0.0]],
-        );
+        let z = ZScores::new(&[[1.0, 5.0, 0.25]], &[[0.0, 1.0, 0.0]], &[[1.0, 1.0, 0.0]]);
         assert_eq!((z.count, z.without_error), (2, 1));
         assert!((z.rms.unwrap() - 8.5_f64.sqrt()).abs() < 1e-12);
         assert_eq!((z.mean, z.fraction_beyond_3), (Some(2.5), Some(0.5)));

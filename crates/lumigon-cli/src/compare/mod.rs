@@ -1,7 +1,6 @@
 //! `lumigon compare`: every method beside the path-traced truth, in pictures and numbers.
 
 mod contact_sheet;
-mod display;
 mod error;
 mod false_color;
 mod folder;
@@ -9,7 +8,6 @@ mod label;
 mod machine;
 mod method;
 mod metrics;
-mod picture;
 mod quantity;
 mod record;
 mod report;
@@ -18,74 +16,93 @@ mod stopwatch;
 
 use std::path::PathBuf;
 
-pub use display::Tonemap;
-pub use error::CompareError;
-pub use run::run;
+use clap::Args;
+use lumigon_renderer::{RenderError, RenderSettings, Scene, ToneMap};
 
-/// Renders a scene by every method and by path tracing, and writes what differs.
-///
-/// The folder gets index.html, a report that opens from disk; contact-sheet.png, all of its
-/// pictures on one sheet; metrics.json, all of its numbers; and every picture as tone-mapped PNG
-/// and as EXR of linear radiance.
-#[derive(Clone, Debug, clap::Args)]
+use crate::Failure;
+use crate::camera::choose_camera;
+use crate::interrupt::Interrupt;
+use crate::render::{bias, exposure};
+use crate::size::Size;
+use error::CompareError;
+use folder::ReportFolder;
+
+/// Renders a scene by every method and by path tracing, and reports how they differ
+#[derive(Debug, Args)]
 #[command(after_help = "\
+The folder gets
+  index.html         a report that opens from disk
+  contact-sheet.png  all of its pictures on one sheet
+  metrics.json       all of its numbers
+  pictures/          each picture and each difference, as PNG and as EXR of linear radiance
+
 Examples:
   lumigon compare scenes/gallery.glb -o report
-  lumigon compare scene.glb -o report --size 360x225 --spp 64     a quick look")]
-pub struct Args {
-    /// The scene: a .gltf or .glb file.
-    pub scene: PathBuf,
-    /// The folder for the report: new, empty, or an earlier report, which is replaced.
+  lumigon compare scene.glb -o report --size 360x225 --spp 64")]
+pub struct Compare {
+    /// glTF file, .gltf or .glb
+    scene: PathBuf,
+    /// Folder for the report: new, empty, or an earlier report, which is replaced
     #[arg(short, long, value_name = "DIR")]
-    pub output: PathBuf,
-    /// Size of the pictures in pixels.
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "720x450", value_parser = parse_size)]
-    pub size: (u32, u32),
-    /// Camera rays a pixel: 1 through its centre, more stratified.
-    #[arg(long, value_name = "N", default_value_t = 4)]
-    pub samples: u32,
-    /// Light paths a pixel of the path-traced references.
-    #[arg(long, value_name = "N", default_value_t = 256)]
-    pub spp: u32,
-    /// The camera, by its name or its index; the file's first where it is left out.
+    output: PathBuf,
+    /// Width and height of the pictures in pixels
+    #[arg(long, value_name = "WxH", default_value = "720x450")]
+    size: Size,
+    /// Camera rays a pixel: 1 through its centre, more stratified
+    #[arg(long, value_name = "N", default_value_t = RenderSettings::default().samples,
+        value_parser = clap::value_parser!(u32).range(1..))]
+    samples: u32,
+    /// Light paths a pixel of the path-traced references
+    #[arg(long, value_name = "N", default_value_t = 256,
+        value_parser = clap::value_parser!(u32).range(1..))]
+    spp: u32,
+    /// Camera by name or by number from 0 [default: the first; one that sees everything where the
+    /// file has none]
     #[arg(long, value_name = "NAME|INDEX")]
-    pub camera: Option<String>,
-    /// Stops of exposure in the PNG pictures and for FLIP.
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true)]
-    pub exposure: f32,
-    /// How the PNG pictures, and FLIP, show radiance.
-    #[arg(long, value_name = "CURVE", value_enum, default_value_t)]
-    pub tonemap: Tonemap,
-    /// Surfaces at which paths of the shadowed reference scatter: 1 is direct light alone.
-    ///
-    /// The unshadowed reference, which the methods are measured against, has direct light alone.
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub bounces: u32,
-    /// How far the biased projection moves back, in scene units; half of the median light's
-    /// radius where it is left out.
-    #[arg(long, value_name = "LENGTH")]
-    pub bias: Option<f64>,
-    /// Seed of the references' random numbers.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub seed: u64,
+    camera: Option<String>,
+    /// Exposure of the PNG pictures in stops: radiance is multiplied by 2^EV
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true,
+        value_parser = exposure)]
+    exposure: f32,
+    /// Tone map of the PNG pictures: none, reinhard, aces or khronos-pbr-neutral
+    #[arg(long, value_name = "NAME", default_value = ToneMap::default().name())]
+    tonemap: ToneMap,
+    /// Surfaces a path of the shadowed reference may scatter at; 1 is direct light alone, as in the
+    /// reference without shadows that the methods are measured against
+    #[arg(long, value_name = "N", default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..))]
+    bounces: u32,
+    /// How far behind the point the biased projection starts, in scene units [default: half of the
+    /// median light's radius]
+    #[arg(long, value_name = "DISTANCE", value_parser = bias)]
+    bias: Option<f64>,
+    /// Seed of the references' random numbers
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    seed: u64,
 }
 
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
-    let side = |text: &str| text.parse().ok().filter(|side| *side > 0);
-    text.split_once(['x', 'X', '×'])
-        .and_then(|(width, height)| Some((side(width)?, side(height)?)))
-        .ok_or_else(|| "give it as WIDTHxHEIGHT, such as 720x450".to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::parse_size;
-
-    #[test]
-    fn sizes_are_width_by_height() {
-        assert_eq!(parse_size("720x450"), Ok((720, 450)));
-        for wrong in ["", "720", "x", "720x", "0x4", "-1x4", "720x450x3", "9999999999x1"] {
-            assert!(parse_size(wrong).is_err(), "{wrong}");
+impl Compare {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        let interrupt = Interrupt::catch()?;
+        // Before anything slow: whether the report has a place.
+        ReportFolder::check(&self.output)?;
+        let scene = Scene::load(&self.scene)?;
+        for warning in &scene.warnings {
+            eprintln!("warning: {}: {warning}", self.scene.display());
         }
+        let camera = choose_camera(&scene, &self.scene, self.camera.as_deref())?;
+        // From here on Ctrl-C leaves past the end of the folder, which removes it.
+        interrupt.watch();
+        let folder = ReportFolder::create(&self.output)?;
+        match run::fill(self, &folder, scene, &camera, &interrupt) {
+            Ok(()) => {}
+            Err(CompareError::Render(RenderError::Cancelled)) => return Err(Failure::Interrupted),
+            Err(error) => return Err(error.into()),
+        }
+        interrupt.check()?;
+        folder.commit()?;
+        let index = self.output.join(report::INDEX);
+        println!("{}", index.display());
+        Ok(())
     }
 }

@@ -11,7 +11,7 @@ use super::CompareError;
 ///
 /// # Errors
 /// Where the file cannot be written.
-pub fn write_png(path: &Path, picture: &RgbImage) -> Result<(), CompareError> {
+pub(super) fn write_png(path: &Path, picture: &RgbImage) -> Result<(), CompareError> {
     picture.save(path).map_err(|source| CompareError::Png {
         path: path.to_owned(),
         source,
@@ -22,7 +22,7 @@ pub fn write_png(path: &Path, picture: &RgbImage) -> Result<(), CompareError> {
 ///
 /// # Errors
 /// Where the file cannot be written.
-pub fn write_exr(
+pub(super) fn write_exr(
     path: &Path,
     (width, height): (u32, u32),
     pixels: &[[f32; 3]],

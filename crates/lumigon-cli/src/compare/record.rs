@@ -8,157 +8,158 @@ use super::metrics::{Difference, Noise, ZScores};
 
 /// The whole of `metrics.json`.
 #[derive(Clone, Debug, Serialize)]
-pub struct Record {
+pub(super) struct Record {
     /// Marks the file as this command's.
-    pub generator: &'static str,
+    pub(super) generator: &'static str,
     /// The version of lumigon.
-    pub version: &'static str,
+    pub(super) version: &'static str,
     /// What was rendered.
-    pub scene: SceneRecord,
+    pub(super) scene: SceneRecord,
     /// How it was rendered.
-    pub settings: SettingsRecord,
+    pub(super) settings: SettingsRecord,
     /// What it was rendered on.
-    pub machine: Machine,
+    pub(super) machine: Machine,
     /// Wall seconds of rendering the same picture without polygon lights: rays, materials, and
     /// punctual lights, which all methods share.
-    pub seconds_without_polygon_lights: f64,
+    pub(super) seconds_without_polygon_lights: f64,
     /// The path-traced pictures, without shadows and with them.
-    pub references: [ReferenceRecord; 2],
+    pub(super) references: [ReferenceRecord; 2],
     /// Every method in the order of the report.
-    pub methods: Vec<MethodRecord>,
+    pub(super) methods: Vec<MethodRecord>,
     /// The exact diffuse method against the noise of the unshadowed reference.
-    pub exact_diffuse_z_scores: ZScores,
+    pub(super) exact_diffuse_z_scores: ZScores,
     /// Every file of the report, relative to its folder.
-    pub files: Vec<String>,
+    pub(super) files: Vec<String>,
 }
 
 /// What was rendered.
 #[derive(Clone, Debug, Serialize)]
-pub struct SceneRecord {
+pub(super) struct SceneRecord {
     /// The file, as it was named.
-    pub path: String,
+    pub(super) path: String,
     /// Triangles of all meshes.
-    pub triangles: usize,
+    pub(super) triangles: usize,
     /// Flat emissive faces.
-    pub polygon_lights: usize,
+    pub(super) polygon_lights: usize,
     /// Point, spot and directional lights.
-    pub punctual_lights: usize,
+    pub(super) punctual_lights: usize,
     /// What the file asks for and is not done.
-    pub warnings: Vec<String>,
+    pub(super) warnings: Vec<String>,
 }
 
 /// How it was rendered.
 #[derive(Clone, Debug, Serialize)]
-pub struct SettingsRecord {
+pub(super) struct SettingsRecord {
     /// Pixels across.
-    pub width: u32,
+    pub(super) width: u32,
     /// Pixels down.
-    pub height: u32,
+    pub(super) height: u32,
     /// The camera's name.
-    pub camera: String,
+    pub(super) camera: String,
     /// Camera rays a pixel.
-    pub samples: u32,
+    pub(super) samples: u32,
     /// Light paths a pixel of the references.
-    pub spp: u32,
+    pub(super) spp: u32,
     /// Surfaces at which the shadowed reference's paths scatter.
-    pub bounces: u32,
+    pub(super) bounces: u32,
     /// Seed of the references.
-    pub seed: u64,
+    pub(super) seed: u64,
     /// Stops of exposure in the PNG pictures.
-    pub exposure: f32,
+    pub(super) exposure: f32,
     /// The tone curve of the PNG pictures.
-    pub tonemap: String,
+    pub(super) tonemap: &'static str,
     /// The biased projection's bias, in scene units.
-    pub bias: f64,
+    pub(super) bias: f64,
     /// FLIP's viewing distance, in pixels per degree.
-    pub pixels_per_degree: f32,
+    pub(super) pixels_per_degree: f32,
 }
 
 /// One path-traced picture.
 #[derive(Clone, Debug, Serialize)]
-pub struct ReferenceRecord {
+pub(super) struct ReferenceRecord {
     /// Its name in file names.
-    pub id: &'static str,
+    pub(super) id: &'static str,
     /// Its name.
-    pub title: &'static str,
+    pub(super) title: &'static str,
     /// Whether surfaces block light.
-    pub shadows: bool,
+    pub(super) shadows: bool,
     /// Surfaces at which its paths scatter.
-    pub bounces: u32,
+    pub(super) bounces: u32,
     /// Wall seconds, once.
-    pub seconds: f64,
+    pub(super) seconds: f64,
     /// The noise of the sum.
-    pub radiance_noise: Noise,
+    pub(super) radiance_noise: Noise,
     /// The noise of the diffuse part.
-    pub diffuse_noise: Noise,
+    pub(super) diffuse_noise: Noise,
     /// The noise of the specular part.
-    pub specular_noise: Noise,
+    pub(super) specular_noise: Noise,
     /// Its pictures, part by part.
-    pub pictures: Vec<PartPicture>,
+    pub(super) pictures: Vec<PartPicture>,
     /// How far shadows move the picture; only for the shadowed reference.
-    pub against_unshadowed: Option<Against>,
+    pub(super) against_unshadowed: Option<Against>,
 }
 
 /// A part of a reference as a picture.
 #[derive(Clone, Debug, Serialize)]
-pub struct PartPicture {
+pub(super) struct PartPicture {
     /// Which part.
-    pub part: Part,
+    pub(super) part: Part,
     /// The PNG's path.
-    pub picture: String,
+    pub(super) picture: String,
 }
 
 /// A picture against the reference, and the files that show it.
 #[derive(Clone, Debug, Serialize)]
-pub struct Against {
+pub(super) struct Against {
     /// The tone-mapped PNG.
-    pub picture: String,
+    pub(super) picture: String,
     /// The difference in false colour.
-    pub difference_picture: String,
+    pub(super) difference_picture: String,
     /// The numbers.
     #[serde(flatten)]
-    pub difference: Difference,
+    pub(super) difference: Difference,
     /// Mean FLIP of the tone-mapped pictures, 0 to 1.
-    pub flip: f64,
+    pub(super) flip: f64,
 }
 
 /// One method.
 #[derive(Clone, Debug, Serialize)]
-pub struct MethodRecord {
+pub(super) struct MethodRecord {
     /// Unique; its name in file names.
-    pub id: &'static str,
+    pub(super) id: &'static str,
     /// Its name.
-    pub title: &'static str,
+    pub(super) title: &'static str,
     /// The part of the unshadowed reference that it is compared with.
-    pub part: Part,
+    pub(super) part: Part,
     /// The diffuse method it was rendered with.
-    pub diffuse: String,
+    pub(super) diffuse: String,
     /// The specular method it was rendered with.
-    pub specular: String,
+    pub(super) specular: String,
     /// What it does.
     #[serde(skip)]
-    pub words: &'static str,
+    pub(super) words: &'static str,
     /// Where it was published.
-    pub source: &'static str,
+    pub(super) source: &'static str,
     /// Against the reference.
     #[serde(flatten)]
-    pub against: Against,
-    /// The median wall seconds of its render calls, without building the hierarchy.
-    pub seconds: f64,
+    pub(super) against: Against,
+    /// The median wall seconds of its render calls, without building the hierarchy and, where it
+    /// was called three times or more, without the first.
+    pub(super) seconds: f64,
     /// The fastest and the slowest of them.
-    pub seconds_range: [f64; 2],
+    pub(super) seconds_range: [f64; 2],
     /// How many render calls.
-    pub repeats: usize,
+    pub(super) repeats: usize,
     /// `seconds` over the exact diffuse method's.
-    pub ratio_to_exact: f64,
+    pub(super) ratio_to_exact: Option<f64>,
     /// `seconds` less the seconds without polygon lights, over the exact diffuse method's; none
     /// where those are not above 0.
-    pub lighting_ratio_to_exact: Option<f64>,
+    pub(super) lighting_ratio_to_exact: Option<f64>,
 }
 
 impl ReferenceRecord {
     /// The noise of one part.
-    pub fn noise(&self, part: Part) -> Noise {
+    pub(super) fn noise(&self, part: Part) -> Noise {
         match part {
             Part::Radiance => self.radiance_noise,
             Part::Diffuse => self.diffuse_noise,

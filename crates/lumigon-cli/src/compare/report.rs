@@ -2,8 +2,8 @@
 
 use askama::Template;
 
-use super::CompareError;
 use super::contact_sheet::signed;
+use super::error::CompareError;
 use super::false_color::FalseColor;
 use super::method::{EXACT, Part, REFERENCE_SOURCE, REFERENCE_WORDS};
 use super::metrics::{Noise, ZScores};
@@ -11,9 +11,9 @@ use super::quantity::{duration, percent, scene_name};
 use super::record::{Against, MethodRecord, Record, ReferenceRecord};
 
 /// The report's page.
-pub const INDEX: &str = "index.html";
+pub(super) const INDEX: &str = "index.html";
 /// All pictures on one sheet.
-pub const CONTACT_SHEET: &str = "contact-sheet.png";
+pub(super) const CONTACT_SHEET: &str = "contact-sheet.png";
 
 #[derive(Template)]
 #[template(path = "compare.html")]
@@ -52,7 +52,6 @@ struct Group<'a> {
     ticks: [(f64, String); 5],
     scale: String,
     noise: String,
-    noise_fraction: f64,
 }
 
 /// One method, in words and formatted numbers.
@@ -78,7 +77,7 @@ struct Row<'a> {
 ///
 /// # Errors
 /// Where the template fails.
-pub fn html(record: &Record, scales: &[FalseColor]) -> Result<String, CompareError> {
+pub(super) fn html(record: &Record, scales: [FalseColor; 3]) -> Result<String, CompareError> {
     let [unshadowed, shadowed] = &record.references;
     let groups = Part::ALL.into_iter().zip(scales);
     let groups = groups.map(|(part, scale)| {
@@ -94,7 +93,6 @@ pub fn html(record: &Record, scales: &[FalseColor]) -> Result<String, CompareErr
                 .map(|(place, difference)| (100.0 * place, signed(difference))),
             scale: format!("pictures/scale-{}.png", part.id()),
             noise: percent(noise.relative),
-            noise_fraction: noise.relative.unwrap_or(0.0),
         }
     });
     let exact = record.methods.iter().find(|m| m.id == EXACT);
@@ -120,6 +118,13 @@ pub fn html(record: &Record, scales: &[FalseColor]) -> Result<String, CompareErr
         record,
     };
     Ok(page.render()?)
+}
+
+fn ratio(ratio: Option<f64>) -> String {
+    match ratio {
+        Some(ratio) => format!("{ratio:.2}"),
+        None => "–".to_owned(),
+    }
 }
 
 fn intro(part: Part) -> &'static str {
@@ -191,11 +196,8 @@ impl<'a> Row<'a> {
             words: method.words,
             source: method.source,
             seconds: duration(method.seconds),
-            ratio: format!("{:.2}", method.ratio_to_exact),
-            lighting_ratio: match method.lighting_ratio_to_exact {
-                Some(ratio) => format!("{ratio:.2}"),
-                None => "–".to_owned(),
-            },
+            ratio: ratio(method.ratio_to_exact),
+            lighting_ratio: ratio(method.lighting_ratio_to_exact),
             ..Self::new(method.id, method.title, &method.against)
         }
     }

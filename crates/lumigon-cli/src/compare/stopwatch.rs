@@ -4,21 +4,21 @@ use std::time::Instant;
 
 /// Wall seconds of repeated calls; the first is a warm-up once there are three.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stopwatch {
+pub(super) struct Stopwatch {
     seconds: Vec<f64>,
 }
 
-/// At most this many calls,
-const REPEATS: usize = 10;
-/// and no more once they took this long together.
-const ENOUGH_SECONDS: f64 = 2.0;
-
 impl Stopwatch {
+    /// At most this many calls,
+    pub(super) const REPEATS: usize = 10;
+    /// and no more once they took this long together.
+    const ENOUGH_SECONDS: f64 = 2.0;
+
     /// Calls once.
     ///
     /// # Errors
     /// What the call returns.
-    pub fn measure<T, E>(&mut self, call: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    pub(super) fn measure<T, E>(&mut self, call: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
         let start = Instant::now();
         let result = call()?;
         self.seconds.push(start.elapsed().as_secs_f64());
@@ -26,12 +26,13 @@ impl Stopwatch {
     }
 
     /// Whether another call would make the median better at little cost.
-    pub fn wants_more(&self) -> bool {
-        self.seconds.len() < REPEATS && self.seconds.iter().sum::<f64>() < ENOUGH_SECONDS
+    pub(super) fn wants_more(&self) -> bool {
+        self.seconds.len() < Self::REPEATS
+            && self.seconds.iter().sum::<f64>() < Self::ENOUGH_SECONDS
     }
 
     /// The median, or the mean of the middle two; 0 before the first call.
-    pub fn seconds(&self) -> f64 {
+    pub(super) fn seconds(&self) -> f64 {
         let sorted = self.sorted();
         match sorted.len() {
             0 => 0.0,
@@ -40,13 +41,13 @@ impl Stopwatch {
     }
 
     /// The fastest and the slowest; 0 before the first call.
-    pub fn range(&self) -> [f64; 2] {
+    pub(super) fn range(&self) -> [f64; 2] {
         let sorted = self.sorted();
         [sorted.first(), sorted.last()].map(|end| end.copied().unwrap_or(0.0))
     }
 
     /// How many calls count.
-    pub fn repeats(&self) -> usize {
+    pub(super) fn repeats(&self) -> usize {
         self.counted().len()
     }
 
