@@ -5,6 +5,8 @@
 
 mod arguments;
 mod bench;
+mod camera;
+mod compare;
 mod completions;
 mod eval;
 mod failure;
