@@ -15,21 +15,25 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// Says on standard error what went wrong.
+    /// Says on standard error what went wrong, and what to exit with.
     pub fn report(&self) -> ExitCode {
+        ExitCode::from(self.report_code())
+    }
+
+    pub(crate) fn report_code(&self) -> u8 {
         match self {
             Self::Usage(error) => {
                 // Where standard error is closed there is nobody to tell.
                 let _ = error.print();
-                ExitCode::from(2)
+                2
             }
             Self::Interrupted => {
                 eprintln!("lumigon: interrupted");
-                ExitCode::from(130)
+                130
             }
             Self::Error(error) => {
                 eprintln!("lumigon: {error}");
-                ExitCode::FAILURE
+                1
             }
         }
     }

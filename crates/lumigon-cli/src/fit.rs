@@ -96,7 +96,8 @@ impl Ggx {
         std::fs::create_dir_all(&self.output)
             .map_err(|error| format!("{}: {error}", self.output.display()))?;
         let start = Instant::now();
-        let interrupt = Interrupt::watch()?;
+        let interrupt = Interrupt::catch()?;
+        interrupt.watch();
         let table = {
             let progress = Progress::new("fitting");
             let report = |done: usize, total: usize| progress.set(done as u64, total as u64);

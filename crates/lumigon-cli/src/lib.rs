@@ -5,6 +5,8 @@
 
 mod arguments;
 mod bench;
+mod camera;
+mod compare;
 mod completions;
 mod eval;
 mod failure;
@@ -15,6 +17,7 @@ mod method;
 mod progress;
 mod render;
 mod scene;
+mod size;
 
 pub use arguments::{Arguments, Command};
 pub use eval::{Answer, Number, Precision, QuestionError, Value, answer};

@@ -5,7 +5,7 @@ use lumigon::{InclusionRule, LocalOcclusion, ProjectionBasis};
 use serde::Deserialize;
 
 /// The bias where none is given, in scene units.
-pub(crate) const DEFAULT_BIAS: f64 = 0.5;
+const DEFAULT_BIAS: f64 = 0.5;
 
 /// The projection axis of the projected-area method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Deserialize)]

@@ -4,10 +4,14 @@
 //! a backend turns the scene into an image.
 
 mod cpu;
+mod picture;
 mod render;
 mod scene;
 
 pub use cpu::CpuRenderer;
+pub use picture::{
+    PictureError, PictureFormat, ToneMap, check_writable, srgb8, write_exr, write_png,
+};
 pub use render::{
     MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
     Rendering, Watch,

@@ -3,7 +3,7 @@
 //! Lambert's formula ("Photometria", 1760) in Stokes' form: Arvo, "Analytic Methods for Simulated
 //! Light Transport", 1995; the derivation by Iwanicki, "Deriving the analytical formula for a
 //! diffuse response from a polygonal light source". The light vector is
-//! F = 1/2 sum theta_i gamma_i over the edges: theta_i the angle an edge subtends, gamma_i the
+//! `F = 1/2 sum theta_i gamma_i` over the edges: `theta_i` the angle an edge subtends, `gamma_i` the
 //! unit normal of its plane with the shading point. Irradiance is n.F.
 
 use crate::clip::{
@@ -219,7 +219,7 @@ pub(crate) fn clipped<T: Real>(
         |edge| {
             sum = horizon
                 .height(edge.cross)
-                .mul_add(edge.angle_over_sine(), sum)
+                .mul_add(edge.angle_over_sine(), sum);
         },
         #[inline(always)]
         |crossing, sign| along_horizon = compass.azimuth(crossing).mul_add(sign, along_horizon),

@@ -143,7 +143,7 @@ impl Question {
             .basis
             .ok_or(QuestionError::Missing { field: "basis" })?;
         match self.bias {
-            Some(value) if !(value >= 0.0) => Err(QuestionError::OutOfRange {
+            Some(value) if value < 0.0 => Err(QuestionError::OutOfRange {
                 field: "bias",
                 value,
                 range: "0 or more",
