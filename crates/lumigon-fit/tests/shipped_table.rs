@@ -171,7 +171,10 @@ fn smooth_between_texels() {
         }
     }
     println!("second differences: {worst:.4}, below row 58 {worst_inside:.4}");
-    assert!(worst < 0.08 && worst_inside < 0.02, "{worst} {worst_inside}");
+    assert!(
+        worst < 0.08 && worst_inside < 0.02,
+        "{worst} {worst_inside}"
+    );
 }
 
 /// A white surface in a white furnace reflects what the BRDF itself does; a lookup is finite and

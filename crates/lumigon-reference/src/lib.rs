@@ -1,1 +1,49 @@
-//! Truth to measure lumigon against: adaptive cubature and a path tracer in f64.
+//! Truth to measure lumigon against, in f64 and by other means than its closed forms.
+//!
+//! - **Cubature**: [`irradiance`], [`form_factor`], [`light_vector`], [`solid_angle`] and [`ggx`] of one polygon light at
+//!   one point, to a requested [`Tolerance`], with an estimate of the error; [`ggx_albedo`] for the whole hemisphere.
+//!   The polygon is triangulated, clipped by the horizon and integrated adaptively over its directions.
+//! - **A path tracer**: [`render`] for any [`Scene`], with the standard error of every pixel.
+//!
+//! Nothing here sums over edges or transforms cosines: an error shared with what is being measured is no truth.
+//! Right-handed frames, any length unit, radiance in any unit; a light's outer loop runs counter-clockwise seen from
+//! the side that emits, its holes clockwise.
+//!
+//! ```
+//! use lumigon_reference::{Polygon, Tolerance, form_factor};
+//!
+//! // A square metre of ceiling, one metre above the point and facing down.
+//! let ceiling = vec![[-0.5, -0.5, 1.0], [-0.5, 0.5, 1.0], [0.5, 0.5, 1.0], [0.5, -0.5, 1.0]];
+//! let light = Polygon::new(&[ceiling], false)?;
+//! let result = form_factor(&light, [0.0; 3], [0.0, 0.0, 1.0], Tolerance::default())?;
+//! let exact = 4.0 / (std::f64::consts::PI * 5_f64.sqrt()) * (1.0 / 5_f64.sqrt()).atan();
+//! assert!((result.value - exact).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod bsdf;
+mod cubature;
+mod emitter;
+mod estimate;
+mod ggx;
+mod integrands;
+mod path_tracer;
+mod polygon;
+mod quadrature;
+mod sampling;
+mod scene;
+mod settings;
+mod triangulation;
+
+pub use cubature::{
+    CubatureError, GgxIntegral, Integral, VectorIntegral, form_factor, ggx, ggx_albedo, irradiance,
+    light_vector, solid_angle,
+};
+pub use emitter::Emitter;
+pub use estimate::{Channel, Estimate};
+pub use ggx::ggx_brdf;
+pub use path_tracer::render;
+pub use polygon::{Polygon, PolygonError};
+pub use quadrature::Tolerance;
+pub use scene::{PunctualLight, Ray, Scene, Surface};
+pub use settings::{RenderError, Settings};

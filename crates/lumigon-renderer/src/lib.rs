@@ -1,1 +1,23 @@
 //! Renders glTF scenes lit by their emissive polygons.
+//!
+//! Data flows one way: a glTF file becomes a [`Scene`] of world-space meshes, materials and lights;
+//! a backend turns the scene into an image.
+
+mod cpu;
+mod picture;
+mod render;
+mod scene;
+
+pub use cpu::CpuRenderer;
+pub use picture::{
+    PictureError, PictureFormat, ToneMap, check_writable, srgb8, write_exr, write_png,
+};
+pub use render::{
+    MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
+    Rendering, Watch,
+};
+pub use scene::{
+    AlphaMode, Camera, EmissivePolygon, Filter, Limits, Material, Mesh, Projection, PunctualKind,
+    PunctualLight, Sampler, Scene, SceneError, SurfaceSample, Texture, TextureRef,
+    TextureTransform, Wrap,
+};

@@ -1,0 +1,316 @@
+//! Answers: what a question comes to.
+
+use std::sync::LazyLock;
+
+use lumigon::{
+    Ltc, LtcTable, MINIMUM_ALPHA, PolygonLight, PreparedLtc, Scalar, Sides, Vec3, form_factor,
+    irradiance, light_vector, ltc_form_factor, projected_area, solid_angle,
+};
+use lumigon_reference::{Polygon, Tolerance};
+use serde::Serialize;
+
+use super::Precision;
+use super::question::{Quantity, Question, QuestionError};
+
+/// A number in the precision it was computed in: the shortest digits that give it back.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Number {
+    /// Single precision.
+    F32(f32),
+    /// Double precision.
+    F64(f64),
+}
+
+impl From<f32> for Number {
+    fn from(number: f32) -> Self {
+        Self::F32(number)
+    }
+}
+
+impl From<f64> for Number {
+    fn from(number: f64) -> Self {
+        Self::F64(number)
+    }
+}
+
+impl Number {
+    fn is_finite(self) -> bool {
+        match self {
+            Self::F32(number) => number.is_finite(),
+            Self::F64(number) => number.is_finite(),
+        }
+    }
+}
+
+/// What was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// One number.
+    Scalar(Number),
+    /// A vector in the frame of the question.
+    Vector([Number; 3]),
+}
+
+/// The answer to one question.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Answer {
+    /// What was asked for.
+    pub value: Value,
+    /// The same weighted by Schlick's (1 - h.v)^5, for quantities that have it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub schlick: Option<Number>,
+}
+
+impl Answer {
+    fn scalar(value: impl Into<Number>) -> Self {
+        Self {
+            value: Value::Scalar(value.into()),
+            schlick: None,
+        }
+    }
+
+    fn is_finite(&self) -> bool {
+        let value = match self.value {
+            Value::Scalar(number) => number.is_finite(),
+            Value::Vector(numbers) => numbers.into_iter().all(Number::is_finite),
+        };
+        value && self.schlick.is_none_or(Number::is_finite)
+    }
+}
+
+/// Answers one line.
+///
+/// # Errors
+/// Where the line is no question that has an answer.
+pub fn answer(line: &str, precision: Precision) -> Result<Answer, QuestionError> {
+    let question: Question = serde_json::from_str(line)?;
+    let answer = if question.quantity == Quantity::Ggx {
+        ggx(&question)?
+    } else {
+        let sides = match question.two_sided {
+            true => Sides::Both,
+            false => Sides::Front,
+        };
+        let light = PolygonLight::new(&question.loops, sides)?;
+        match precision {
+            Precision::F64 => closed_form::<f64>(&question, &light)?,
+            Precision::F32 => closed_form::<f32>(&question, &light.cast()?)?,
+        }
+    };
+    match answer.is_finite() {
+        true => Ok(answer),
+        false => Err(QuestionError::NotFinite),
+    }
+}
+
+/// Writes an answer, or why there is none, as one JSON object.
+pub(super) fn write(answer: &Result<Answer, QuestionError>, out: &mut Vec<u8>) {
+    #[derive(Serialize)]
+    struct Error {
+        error: String,
+    }
+    let written = match answer {
+        Ok(answer) => serde_json::to_writer(out, answer),
+        Err(error) => serde_json::to_writer(
+            out,
+            &Error {
+                error: error.to_string(),
+            },
+        ),
+    };
+    written.expect("numbers and strings can be written to memory");
+}
+
+fn closed_form<S: Scalar + Into<Number>>(
+    question: &Question,
+    light: &PolygonLight<S>,
+) -> Result<Answer, QuestionError> {
+    let vector = |v: [f64; 3]| Vec3::from(v.map(S::from_f64));
+    let point = vector(question.point);
+    for (coordinate, value) in <[S; 3]>::from(point).into_iter().zip(question.point) {
+        if !coordinate.to_f64().is_finite() {
+            return Err(QuestionError::OutOfRange {
+                field: "point",
+                value,
+                range: "what this precision holds",
+            });
+        }
+    }
+    let normal = || question.normal().map(vector);
+    Ok(match question.quantity {
+        Quantity::Irradiance => Answer::scalar(irradiance(light, point, normal()?)),
+        Quantity::FormFactor => Answer::scalar(form_factor(light, point, normal()?)),
+        Quantity::LightVector => Answer {
+            value: Value::Vector(<[S; 3]>::from(light_vector(light, point)).map(Into::into)),
+            schlick: None,
+        },
+        Quantity::SolidAngle => Answer::scalar(solid_angle(light, point)),
+        Quantity::ProjectedArea => Answer::scalar(projected_area(
+            light,
+            point,
+            normal()?,
+            question.basis()?,
+            question.occlusion.into(),
+        )),
+        Quantity::Ltc => ltc(question, light, point, normal()?, vector(question.view()?))?,
+        Quantity::Ggx => ggx(question)?,
+    })
+}
+
+/// GGX (F = 1) through the fitted table.
+fn ltc<S: Scalar + Into<Number>>(
+    question: &Question,
+    light: &PolygonLight<S>,
+    point: Vec3<S>,
+    normal: Vec3<S>,
+    view: Vec3<S>,
+) -> Result<Answer, QuestionError> {
+    static TABLE: LazyLock<LtcTable> = LazyLock::new(LtcTable::ggx);
+    let perceptual_roughness = question.perceptual_roughness()?;
+    let cosine = normal.dot(view);
+    let lobe = TABLE.lookup(perceptual_roughness as f32, cosine.to_f64() as f32);
+    let number = |x: f32| S::from_f64(x.into());
+    let lobe = Ltc {
+        shading_to_cosine: lobe.shading_to_cosine.map(number),
+        amplitude: number(lobe.amplitude),
+        schlick: number(lobe.schlick),
+    };
+    // From below its horizon nobody sees a surface; the table ends there.
+    let form_factor = match cosine.to_f64() > 0.0 {
+        true => ltc_form_factor(light, point, &PreparedLtc::new(&lobe, normal, view)),
+        false => S::from_f64(0.0),
+    };
+    Ok(Answer {
+        value: Value::Scalar((lobe.amplitude * form_factor).into()),
+        schlick: Some((lobe.schlick * form_factor).into()),
+    })
+}
+
+/// GGX (F = 1) by cubature, in double precision.
+fn ggx(question: &Question) -> Result<Answer, QuestionError> {
+    let (normal, view) = (question.normal()?, question.view()?);
+    let perceptual_roughness = question.perceptual_roughness()?;
+    // The narrowest lobe that the table holds too.
+    let alpha = (perceptual_roughness * perceptual_roughness).max(MINIMUM_ALPHA);
+    let light = Polygon::new(&question.loops, question.two_sided)?;
+    let integral = lumigon_reference::ggx(
+        &light,
+        question.point,
+        normal,
+        view,
+        alpha,
+        Tolerance::default(),
+    )?;
+    Ok(Answer {
+        value: Value::Scalar(integral.value.into()),
+        schlick: Some(integral.schlick.into()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ask(rest: &str) -> String {
+        let line = format!(
+            r#"{{"loops":[[[-1,1,-1],[1,1,-1],[1,1,1],[-1,1,1]]],"point":[0,0,0],{rest}}}"#
+        );
+        let mut out = Vec::new();
+        write(&answer(&line, Precision::F64), &mut out);
+        String::from_utf8(out).unwrap()
+    }
+
+    fn value(rest: &str) -> f64 {
+        let json: serde_json::Value = serde_json::from_str(&ask(rest)).unwrap();
+        json["value"].as_f64().unwrap()
+    }
+
+    #[test]
+    fn every_quantity_of_a_square_overhead() {
+        // A face of a cube about the point: a sixth of the sphere.
+        let sixth = 4.0 * std::f64::consts::PI / 6.0;
+        assert!((value(r#""quantity":"solid_angle""#) - sixth).abs() < 1e-14);
+        // From the cube's centre an edge subtends acos(1/3), in a plane at 45 degrees.
+        let edge = (1.0_f64 / 3.0).acos();
+        let exact = 4.0 * edge * 0.5 * (0.5_f64).sqrt();
+        let normal = r#""normal":[0,1,0],"quantity":"#;
+        assert!((value(&format!(r#"{normal}"irradiance""#)) - exact).abs() < 1e-14);
+        let form_factor = value(&format!(r#"{normal}"form_factor""#));
+        assert!((form_factor * std::f64::consts::PI - exact).abs() < 1e-14);
+        let area = format!(r#"{normal}"projected_area","basis":"optimal""#);
+        assert!((value(&area) - 4.0).abs() < 1e-12);
+        let area = format!(r#"{normal}"projected_area","basis":"biased","bias":1"#);
+        assert!((value(&area) - 1.0).abs() < 1e-12);
+        let json: serde_json::Value =
+            serde_json::from_str(&ask(r#""quantity":"light_vector""#)).unwrap();
+        assert!((json["value"][1].as_f64().unwrap() - exact).abs() < 1e-14);
+        let rough = r#""view":[0,1,0],"perceptual_roughness":0.8,"quantity":"#;
+        let rough = format!(r#""normal":[0,1,0],{rough}"#);
+        let (ltc, ggx) = (format!(r#"{rough}"ltc""#), format!(r#"{rough}"ggx""#));
+        assert!((value(&ltc) - value(&ggx)).abs() < 0.02);
+        assert!(ask(&ggx).contains(r#","schlick":"#));
+    }
+
+    #[test]
+    fn errors_name_the_field() {
+        for (rest, expected) in [
+            (r#""quantity":"irradiance""#, "missing field `normal`"),
+            (
+                r#""quantity":"irradiance","normal":[0,2,0]"#,
+                "`normal` has length 2.0",
+            ),
+            (r#""quantity":"brightness""#, "unknown variant `brightness`"),
+            (
+                r#""quantity":"irradiance","normal":[0,1]"#,
+                "invalid length 2",
+            ),
+            (
+                r#""quantity":"projected_area","normal":[0,1,0]"#,
+                "missing field `basis`",
+            ),
+            (
+                r#""quantity":"projected_area","normal":[0,1,0],"basis":"biased","bias":-1"#,
+                "`bias` is -1.0",
+            ),
+            (
+                r#""quantity":"ltc","normal":[0,1,0],"view":[0,1,0],"perceptual_roughness":1.5"#,
+                "`perceptual_roughness` is 1.5",
+            ),
+            (
+                r#""quantity":"irradiance","normal":[0,1e999,0]"#,
+                "number out of range",
+            ),
+        ] {
+            let answer = ask(rest);
+            assert!(answer.starts_with(r#"{"error":""#), "{answer}");
+            assert!(answer.contains(expected), "{answer}");
+        }
+    }
+
+    #[test]
+    fn numbers_of_single_precision_are_short() {
+        let line = r#"{"quantity":"irradiance","normal":[0,0,1],"point":[0,0,0],
+            "loops":[[[0,0,2],[0,1,2],[1,0,2]]]}"#;
+        let Value::Scalar(Number::F32(single)) = answer(line, Precision::F32).unwrap().value else {
+            panic!("not in single precision")
+        };
+        let Value::Scalar(Number::F64(double)) = answer(line, Precision::F64).unwrap().value else {
+            panic!("not in double precision")
+        };
+        assert!((f64::from(single) - double).abs() < 1e-7);
+        let mut out = Vec::new();
+        write(&answer(line, Precision::F32), &mut out);
+        assert_eq!(out, format!("{{\"value\":{single}}}").into_bytes());
+    }
+
+    #[test]
+    fn too_far_for_single_precision_is_an_error() {
+        let line = r#"{"quantity":"solid_angle","point":[0,0,1e60],
+            "loops":[[[0,0,2],[0,1,2],[1,0,2]]]}"#;
+        assert!(answer(line, Precision::F64).is_ok());
+        let error = answer(line, Precision::F32).unwrap_err().to_string();
+        assert!(error.contains("`point` is 1e60"), "{error}");
+    }
+}

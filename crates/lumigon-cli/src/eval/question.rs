@@ -1,0 +1,163 @@
+//! Questions: what a line asks, and why it cannot be answered.
+
+use serde::Deserialize;
+
+use crate::method::{Basis, Occlusion};
+
+/// Directions may be this far from unit length; they are normalised.
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// What a line asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Quantity {
+    Irradiance,
+    FormFactor,
+    LightVector,
+    SolidAngle,
+    ProjectedArea,
+    Ltc,
+    Ggx,
+}
+
+/// A line, parsed. Fields it has besides are ignored.
+#[derive(Debug, Deserialize)]
+pub(super) struct Question {
+    pub(super) quantity: Quantity,
+    pub(super) loops: Vec<Vec<[f64; 3]>>,
+    pub(super) point: [f64; 3],
+    #[serde(default)]
+    normal: Option<[f64; 3]>,
+    #[serde(default)]
+    view: Option<[f64; 3]>,
+    #[serde(default)]
+    perceptual_roughness: Option<f64>,
+    #[serde(default)]
+    pub(super) two_sided: bool,
+    #[serde(default)]
+    basis: Option<Basis>,
+    #[serde(default)]
+    bias: Option<f64>,
+    #[serde(default)]
+    pub(super) occlusion: Occlusion,
+}
+
+/// Why a line cannot be answered.
+#[derive(Debug, thiserror::Error)]
+pub enum QuestionError {
+    /// The bytes are not text.
+    #[error("not UTF-8 text: {0}")]
+    NotUtf8(std::str::Utf8Error),
+    /// The line is longer than memory is kept for.
+    #[error("the line is longer than {most} bytes")]
+    TooLong {
+        /// The most there may be.
+        most: usize,
+    },
+    /// The line is not JSON, or not a question.
+    #[error("column {column}: {message}")]
+    Json {
+        /// Where, counted in bytes from 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// This quantity needs a field that is not there.
+    #[error("missing field `{field}`: this quantity needs it")]
+    Missing {
+        /// Its name.
+        field: &'static str,
+    },
+    /// A direction is not a unit vector.
+    #[error("`{field}` has length {length:?}: give a unit vector")]
+    NotUnit {
+        /// Its name.
+        field: &'static str,
+        /// Its length.
+        length: f64,
+    },
+    /// A number is outside its range.
+    #[error("`{field}` is {value:?}: give {range}")]
+    OutOfRange {
+        /// Its name.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// The loops are no polygon.
+    #[error("`loops`: {0}")]
+    Polygon(#[from] lumigon::PolygonError),
+    /// The loops are no polygon that cubature can integrate over.
+    #[error("`loops`: {0}")]
+    ReferencePolygon(#[from] lumigon_reference::PolygonError),
+    /// The integral was not found.
+    #[error("{0}")]
+    Cubature(#[from] lumigon_reference::CubatureError),
+    /// The answer overflowed.
+    #[error("the answer is not finite in this precision: try f64, or move the polygon closer")]
+    NotFinite,
+}
+
+impl From<serde_json::Error> for QuestionError {
+    fn from(error: serde_json::Error) -> Self {
+        let text = error.to_string();
+        // The line of a line is always the first.
+        let place = format!(" at line {} column {}", error.line(), error.column());
+        Self::Json {
+            column: error.column(),
+            message: text.strip_suffix(&place).unwrap_or(&text).to_owned(),
+        }
+    }
+}
+
+impl Question {
+    /// The surface's unit normal.
+    pub(super) fn normal(&self) -> Result<[f64; 3], QuestionError> {
+        unit("normal", self.normal)
+    }
+
+    /// The unit vector to the viewer.
+    pub(super) fn view(&self) -> Result<[f64; 3], QuestionError> {
+        unit("view", self.view)
+    }
+
+    pub(super) fn perceptual_roughness(&self) -> Result<f64, QuestionError> {
+        let field = "perceptual_roughness";
+        let value = self
+            .perceptual_roughness
+            .ok_or(QuestionError::Missing { field })?;
+        match (0.0..=1.0).contains(&value) {
+            true => Ok(value),
+            false => Err(QuestionError::OutOfRange {
+                field,
+                value,
+                range: "0 to 1",
+            }),
+        }
+    }
+
+    pub(super) fn basis(&self) -> Result<lumigon::ProjectionBasis, QuestionError> {
+        let basis = self
+            .basis
+            .ok_or(QuestionError::Missing { field: "basis" })?;
+        match self.bias {
+            Some(value) if value < 0.0 => Err(QuestionError::OutOfRange {
+                field: "bias",
+                value,
+                range: "0 or more",
+            }),
+            bias => Ok(basis.with_bias(bias)),
+        }
+    }
+}
+
+fn unit(field: &'static str, vector: Option<[f64; 3]>) -> Result<[f64; 3], QuestionError> {
+    let vector = vector.ok_or(QuestionError::Missing { field })?;
+    let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
+    match (length - 1.0).abs() <= UNIT_TOLERANCE {
+        true => Ok(vector.map(|x| x / length)),
+        false => Err(QuestionError::NotUnit { field, length }),
+    }
+}

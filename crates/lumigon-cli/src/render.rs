@@ -1,0 +1,282 @@
+//! `lumigon render`: a picture of a scene.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use lumigon::{DiffuseMethod, SpecularMethod};
+use lumigon_renderer::{
+    Camera, CpuRenderer, PictureFormat, Pixels, ReferenceSettings, RenderError, RenderSettings,
+    Scene, ToneMap, Watch, check_writable, write_exr, write_png,
+};
+
+use crate::Failure;
+use crate::camera::choose_camera;
+use crate::interrupt::Interrupt;
+use crate::method::{Basis, Diffuse, Inclusion, Occlusion, Specular};
+use crate::progress::Progress;
+use crate::size::Size;
+
+/// Renders a glTF scene, lit by its emissive polygons
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Without --reference the picture is computed in closed form: exact, without noise and without
+shadows. With it the same pixels are path traced.
+
+Examples:
+  lumigon render scene.glb -o scene.png
+  lumigon render scene.glb -o scene.exr --size 1920x1080 --samples 16
+  lumigon render scene.glb -o area.png --diffuse projected-area --basis weighted --specular none
+  lumigon render scene.glb -o truth.exr --reference --spp 1024 --bounces 3")]
+pub struct Render {
+    /// glTF file, .gltf or .glb
+    scene: PathBuf,
+    /// Picture to write: .png (sRGB, 8 bits) or .exr (linear radiance in float channels R, G, B)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", default_value_t = default_size())]
+    size: Size,
+    /// Camera rays a pixel: 1 through its centre, more stratified
+    #[arg(long, value_name = "N", default_value_t = RenderSettings::default().samples,
+        value_parser = clap::value_parser!(u32).range(1..))]
+    samples: u32,
+    /// Camera by name or by number from 0 [default: the first; one that sees everything where the
+    /// file has none]
+    #[arg(long, value_name = "NAME|INDEX")]
+    camera: Option<String>,
+    #[command(flatten)]
+    display: Display,
+    #[command(flatten)]
+    method: Method,
+    #[command(flatten)]
+    reference: Reference,
+}
+
+/// How radiance becomes colour in a PNG.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "PNG")]
+struct Display {
+    /// Exposure in stops: radiance is multiplied by 2^EV [default: 0]
+    #[arg(long, value_name = "EV", allow_negative_numbers = true, value_parser = exposure)]
+    exposure: Option<f32>,
+    /// Tone mapping: how radiance beyond a display's white is shown [default: khronos-pbr-neutral]
+    #[arg(long, value_name = "NAME", value_parser = tone_map())]
+    tonemap: Option<ToneMap>,
+}
+
+/// How light is computed in closed form.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Closed form")]
+struct Method {
+    /// How diffuse light is computed [default: exact]
+    #[arg(long, value_enum, conflicts_with = "reference", value_name = "METHOD")]
+    diffuse: Option<Diffuse>,
+    /// Axis of --diffuse projected-area [default: optimal]
+    #[arg(long, value_enum, requires = "diffuse")]
+    basis: Option<Basis>,
+    /// How far behind the point --basis biased starts, in scene units [default: 0.5]
+    #[arg(long, value_name = "DISTANCE", requires = "basis", value_parser = bias)]
+    bias: Option<f64>,
+    /// What counts of a light that crosses a surface's horizon [default: exact]
+    #[arg(long, value_enum, conflicts_with = "reference")]
+    occlusion: Option<Occlusion>,
+    /// How specular light is computed [default: ltc]
+    #[arg(long, value_enum, conflicts_with = "reference", value_name = "METHOD")]
+    specular: Option<Specular>,
+    /// What --specular reflected takes for inside [default: crossing-number]
+    #[arg(long, value_enum, value_name = "RULE", requires = "specular")]
+    inclusion: Option<Inclusion>,
+}
+
+/// The path tracer.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Reference")]
+struct Reference {
+    /// Path trace instead: shadows, and noise
+    #[arg(long)]
+    reference: bool,
+    /// Light paths a pixel [default: 64]
+    #[arg(long, value_name = "N", requires = "reference",
+        value_parser = clap::value_parser!(u32).range(1..))]
+    spp: Option<u32>,
+    /// Surfaces a path may scatter at; 1 is direct light alone [default: 1]
+    #[arg(long, value_name = "N", requires = "reference",
+        value_parser = clap::value_parser!(u32).range(1..))]
+    bounces: Option<u32>,
+    /// Let light through surfaces, as the closed forms always do
+    #[arg(long)]
+    no_shadows: bool,
+    /// Seed of the random numbers: equal seeds give equal pictures [default: 0]
+    #[arg(long, value_name = "S", requires = "reference")]
+    seed: Option<u64>,
+}
+
+fn default_size() -> Size {
+    let RenderSettings { width, height, .. } = RenderSettings::default();
+    Size { width, height }
+}
+
+/// An exposure that keeps its factor finite.
+pub(crate) fn exposure(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(ev) if (-100.0..=100.0).contains(&ev) => Ok(ev),
+        _ => Err("give stops from -100 to 100".to_owned()),
+    }
+}
+
+fn tone_map() -> impl TypedValueParser<Value = ToneMap> {
+    PossibleValuesParser::new(ToneMap::ALL.map(ToneMap::name))
+        .try_map(|name| name.parse::<ToneMap>())
+}
+
+/// A bias of [`lumigon::ProjectionBasis::Biased`].
+pub(crate) fn bias(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(bias) if (0.0..1e30).contains(&bias) => Ok(bias),
+        _ => Err("give a distance, not negative".to_owned()),
+    }
+}
+
+impl Render {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        let interrupt = Interrupt::catch()?;
+        let (diffuse, specular) = self.method.resolve()?;
+        let format = PictureFormat::from_path(&self.output)
+            .map_err(|error| Failure::usage("render", &error.to_string()))?;
+        check_writable(&self.output)?;
+        let start = Instant::now();
+        let scene = Scene::load(&self.scene)?;
+        for warning in &scene.warnings {
+            eprintln!("warning: {}: {warning}", self.scene.display());
+        }
+        if format == PictureFormat::Exr && self.display.is_set() {
+            eprintln!("warning: an EXR holds radiance as it is, without exposure and tone map");
+        }
+        let camera = choose_camera(&scene, &self.scene, self.camera.as_deref())?;
+        interrupt.watch();
+        let renderer = CpuRenderer::new(&scene)?;
+        let radiance = {
+            let progress = Progress::new("rendering");
+            let watch = Watch {
+                progress: &|done, total| progress.set(done, total),
+                cancelled: interrupt.flag(),
+            };
+            self.radiance(&renderer, &camera, diffuse, specular, watch)?
+        };
+        interrupt.check()?;
+        let Size { width, height } = self.size;
+        match format {
+            PictureFormat::Png => write_png(
+                &self.output,
+                width,
+                height,
+                &radiance,
+                self.display.exposure.unwrap_or(0.0),
+                self.display.tonemap.unwrap_or_default(),
+            )?,
+            PictureFormat::Exr => write_exr(&self.output, width, height, &radiance)?,
+        }
+        println!(
+            "{}: {} in {:.2} s, {} polygon lights, {} punctual lights",
+            self.output.display(),
+            self.size,
+            start.elapsed().as_secs_f64(),
+            scene.polygon_lights.len(),
+            scene.punctual_lights.len(),
+        );
+        Ok(())
+    }
+
+    fn radiance(
+        &self,
+        renderer: &CpuRenderer<'_>,
+        camera: &Camera,
+        diffuse: DiffuseMethod,
+        specular: SpecularMethod,
+        watch: Watch<'_>,
+    ) -> Result<Pixels, Failure> {
+        let Size { width, height } = self.size;
+        let samples = self.samples;
+        let rendering = if self.reference.reference {
+            let settings = self.reference.settings(self.size, samples);
+            renderer
+                .reference(camera, &settings, watch)
+                .map(|reference| reference.mean)
+        } else {
+            let settings = RenderSettings {
+                width,
+                height,
+                samples,
+                diffuse,
+                specular,
+            };
+            renderer.render(camera, &settings, watch)
+        };
+        match rendering {
+            Ok(rendering) => Ok(rendering.radiance()),
+            Err(RenderError::Cancelled) => Err(Failure::Interrupted),
+            Err(error) => Err(error.into()),
+        }
+    }
+}
+
+impl Display {
+    fn is_set(&self) -> bool {
+        self.exposure.is_some() || self.tonemap.is_some()
+    }
+}
+
+impl Method {
+    /// The methods, or what is wrong with their combination.
+    fn resolve(&self) -> Result<(DiffuseMethod, SpecularMethod), Failure> {
+        let diffuse = self.diffuse.unwrap_or_default();
+        let specular = self.specular.unwrap_or_default();
+        let contradiction = if self.basis.is_some() && diffuse != Diffuse::ProjectedArea {
+            Some("--basis is of use with --diffuse projected-area only")
+        } else if self.bias.is_some() && self.basis != Some(Basis::Biased) {
+            Some("--bias is of use with --basis biased only")
+        } else if self.inclusion.is_some() && specular != Specular::Reflected {
+            Some("--inclusion is of use with --specular reflected only")
+        } else {
+            None
+        };
+        if let Some(message) = contradiction {
+            return Err(Failure::usage("render", message));
+        }
+        let occlusion = self.occlusion.unwrap_or_default().into();
+        let diffuse = match diffuse {
+            Diffuse::Exact => DiffuseMethod::Exact { occlusion },
+            Diffuse::LightVector => DiffuseMethod::LightVector { occlusion },
+            Diffuse::ProjectedArea => DiffuseMethod::ProjectedArea {
+                basis: self.basis.unwrap_or(Basis::Optimal).with_bias(self.bias),
+                occlusion,
+            },
+        };
+        let specular = match specular {
+            Specular::Ltc => SpecularMethod::Ltc,
+            Specular::Reflected => {
+                SpecularMethod::ReflectedInclusion(self.inclusion.unwrap_or_default().into())
+            }
+            Specular::LightVector => SpecularMethod::LightVector,
+            Specular::None => SpecularMethod::None,
+        };
+        Ok((diffuse, specular))
+    }
+}
+
+impl Reference {
+    fn settings(&self, size: Size, samples: u32) -> ReferenceSettings {
+        let default = ReferenceSettings::default();
+        ReferenceSettings {
+            width: size.width,
+            height: size.height,
+            samples,
+            paths: self.spp.unwrap_or(default.paths),
+            bounces: self.bounces.unwrap_or(default.bounces),
+            shadows: !self.no_shadows,
+            seed: self.seed.unwrap_or(default.seed),
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Rays through the scene's triangles.
+
+use std::time::Duration;
+
+use glam::{Vec2, Vec3};
+use obvhs::BvhBuildParams;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+use obvhs::ray::{Ray, RayHit};
+use obvhs::triangle::Triangle;
+
+use crate::scene::{AlphaMode, Scene, SurfaceSample};
+
+/// Every triangle of a scene in one hierarchy.
+pub(super) struct Geometry {
+    hierarchy: Option<CwBvh>,
+    triangles: Vec<TracedTriangle>,
+    /// Rays that start on a surface skip this distance, relative to the scene's size.
+    pub(super) epsilon: f32,
+}
+
+/// A triangle with where it comes from.
+struct TracedTriangle {
+    corners: Triangle,
+    mesh: u32,
+    index: u32,
+    /// Whether a hit must be confirmed: single-sided or cut out by an alpha mask.
+    conditional: bool,
+}
+
+impl Geometry {
+    pub(super) fn new(scene: &Scene) -> Self {
+        let mut triangles = Vec::new();
+        for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
+            let material = &scene.materials[mesh.material];
+            let conditional =
+                !material.double_sided || matches!(material.alpha_mode, AlphaMode::Mask { .. });
+            for index in 0..mesh.triangles.len() {
+                let [v0, v1, v2] = mesh.corners(index).map(Into::into);
+                triangles.push(TracedTriangle {
+                    corners: Triangle { v0, v1, v2 },
+                    mesh: mesh_index as u32,
+                    index: index as u32,
+                    conditional,
+                });
+            }
+        }
+        let hierarchy = (!triangles.is_empty()).then(|| {
+            let corners: Vec<Triangle> = triangles.iter().map(|t| t.corners).collect();
+            build_cwbvh_from_tris(
+                &corners,
+                BvhBuildParams::medium_build(),
+                &mut Duration::default(),
+            )
+        });
+        let extent = scene.bounds().map_or(0.0, |(low, high)| {
+            (high - low)
+                .length()
+                .max(low.abs().max(high.abs()).max_element())
+        });
+        Self {
+            hierarchy,
+            triangles,
+            epsilon: extent * 1e-5,
+        }
+    }
+
+    /// The nearest surface along a ray from outside it.
+    pub(super) fn surface(
+        &self,
+        scene: &Scene,
+        origin: Vec3,
+        direction: Vec3,
+    ) -> Option<SurfaceSample> {
+        self.surface_beyond(scene, origin, direction, 0.0)
+    }
+
+    /// The nearest surface at least `nearest` away.
+    pub(super) fn surface_beyond(
+        &self,
+        scene: &Scene,
+        origin: Vec3,
+        direction: Vec3,
+        nearest: f32,
+    ) -> Option<SurfaceSample> {
+        let hierarchy = self.hierarchy.as_ref()?;
+        let ray = finite_ray(origin, direction, nearest, f32::INFINITY)?;
+        let mut hit = RayHit::none();
+        let found = hierarchy.ray_traverse(ray, &mut hit, |ray, slot| {
+            let triangle = self.triangle(hierarchy, slot);
+            self.distance(scene, triangle, ray)
+        });
+        found.then(|| {
+            let triangle = self.triangle(hierarchy, hit.primitive_id as usize);
+            scene.surface(
+                triangle.mesh as usize,
+                triangle.index as usize,
+                barycentrics(&triangle.corners, &ray),
+                direction,
+            )
+        })
+    }
+
+    /// Whether anything lies between two distances along a ray.
+    pub(super) fn occluded(
+        &self,
+        scene: &Scene,
+        origin: Vec3,
+        direction: Vec3,
+        nearest: f32,
+        farthest: f32,
+    ) -> bool {
+        let Some(hierarchy) = &self.hierarchy else {
+            return false;
+        };
+        let Some(ray) = finite_ray(origin, direction, nearest, farthest) else {
+            return false;
+        };
+        !hierarchy.ray_traverse_miss(ray, |ray, slot| {
+            let triangle = self.triangle(hierarchy, slot);
+            self.distance(scene, triangle, ray)
+        })
+    }
+
+    fn triangle(&self, hierarchy: &CwBvh, slot: usize) -> &TracedTriangle {
+        &self.triangles[hierarchy.primitive_indices[slot] as usize]
+    }
+
+    /// Distance to the triangle, infinite where it is missed or not there.
+    fn distance(&self, scene: &Scene, triangle: &TracedTriangle, ray: &Ray) -> f32 {
+        let distance = triangle.corners.intersect(ray);
+        if distance < f32::INFINITY && triangle.conditional {
+            let opacity = scene.opacity(
+                triangle.mesh as usize,
+                triangle.index as usize,
+                barycentrics(&triangle.corners, ray),
+                ray.direction.into(),
+            );
+            if opacity < 0.5 {
+                return f32::INFINITY;
+            }
+        }
+        distance
+    }
+}
+
+/// A ray of finite numbers, or none.
+fn finite_ray(origin: Vec3, direction: Vec3, nearest: f32, farthest: f32) -> Option<Ray> {
+    let usable = origin.is_finite() && direction.is_finite() && farthest > nearest;
+    usable.then(|| Ray::new(origin.into(), direction.into(), nearest, farthest))
+}
+
+/// Weights of the second and third corner where a ray meets a triangle's plane.
+fn barycentrics(triangle: &Triangle, ray: &Ray) -> Vec2 {
+    let (edge1, edge2) = (triangle.v1 - triangle.v0, triangle.v2 - triangle.v0);
+    let p = ray.direction.cross(edge2);
+    let determinant = edge1.dot(p);
+    if determinant == 0.0 {
+        return Vec2::splat(1.0 / 3.0);
+    }
+    let t = ray.origin - triangle.v0;
+    let u = t.dot(p) / determinant;
+    let v = ray.direction.dot(t.cross(edge1)) / determinant;
+    Vec2::new(u, v).clamp(Vec2::ZERO, Vec2::ONE)
+}

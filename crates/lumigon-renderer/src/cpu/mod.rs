@@ -1,0 +1,239 @@
+//! The CPU backend: rays through a bounding volume hierarchy, tiles in parallel, SIMD over pixels.
+
+mod geometry;
+mod hits;
+mod pixel_samples;
+mod reference;
+mod shade;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use lumigon::{LtcTable, PolygonLight, Sides, SpecularMethod, Vec3 as LightVec3};
+use rayon::prelude::*;
+
+use crate::render::{
+    MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
+    Rendering, Watch,
+};
+use crate::scene::{Camera, Scene};
+
+use geometry::Geometry;
+use hits::Hits;
+use pixel_samples::pixel_samples;
+use shade::ShadingLight;
+
+/// Side of the square of pixels that one task renders: large enough to fill SIMD lanes with
+/// neighbours, small enough to keep every thread busy to the end.
+const TILE: u32 = 16;
+
+/// Most camera rays a pixel.
+const MAXIMUM_SAMPLES: u32 = 65_536;
+
+/// A scene prepared for rendering on the CPU.
+pub struct CpuRenderer<'a> {
+    scene: &'a Scene,
+    geometry: Geometry,
+    lights: Vec<ShadingLight>,
+    ggx: LtcTable,
+}
+
+impl<'a> CpuRenderer<'a> {
+    /// Builds the hierarchy and prepares the lights.
+    ///
+    /// # Errors
+    /// Where a light's outline cannot be evaluated.
+    pub fn new(scene: &'a Scene) -> Result<Self, RenderError> {
+        let lights = scene
+            .polygon_lights
+            .iter()
+            .map(|light| {
+                let sides = if light.two_sided {
+                    Sides::Both
+                } else {
+                    Sides::Front
+                };
+                let polygon = PolygonLight::new(&light.loops, sides)
+                    .and_then(|polygon| polygon.cast())
+                    .map_err(|fault| RenderError::Light {
+                        name: light.name.clone(),
+                        fault,
+                    })?;
+                Ok(ShadingLight {
+                    polygon,
+                    radiance: light.radiance.to_array(),
+                })
+            })
+            .collect::<Result<_, _>>()?;
+        Ok(Self {
+            scene,
+            geometry: Geometry::new(scene),
+            lights,
+            ggx: LtcTable::ggx(),
+        })
+    }
+
+    /// Renders with closed forms: no noise, and no shadows.
+    ///
+    /// # Errors
+    /// Where a setting is out of range, or when cancelled.
+    pub fn render(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        watch: Watch<'_>,
+    ) -> Result<Rendering, RenderError> {
+        check_size(settings.width, settings.height, settings.samples)?;
+        let (width, height) = (settings.width, settings.height);
+        let samples = pixel_samples(settings.samples);
+        let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
+        let total = u64::from(columns) * u64::from(rows);
+        let done = AtomicU64::new(0);
+        let tiles: Vec<Option<Tile>> = (0..total)
+            .into_par_iter()
+            .map(|i| {
+                if watch.is_cancelled() {
+                    return None;
+                }
+                let (column, row) = (i % u64::from(columns), i / u64::from(columns));
+                let (x, y) = (column as u32 * TILE, row as u32 * TILE);
+                let tile = self.tile(camera, settings, &samples, [x, y]);
+                (watch.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+                Some(tile)
+            })
+            .collect();
+
+        let count = width as usize * height as usize;
+        let mut picture = Rendering {
+            width,
+            height,
+            emitted: vec![[0.0; 3]; count],
+            diffuse: vec![[0.0; 3]; count],
+            specular: vec![[0.0; 3]; count],
+        };
+        for tile in tiles {
+            let tile = tile.ok_or(RenderError::Cancelled)?;
+            for row in 0..tile.height {
+                let from = (row * tile.width) as usize..((row + 1) * tile.width) as usize;
+                let start = (tile.y + row) as usize * width as usize + tile.x as usize;
+                let to = start..start + tile.width as usize;
+                picture.emitted[to.clone()].copy_from_slice(&tile.emitted[from.clone()]);
+                picture.diffuse[to.clone()].copy_from_slice(&tile.diffuse[from.clone()]);
+                picture.specular[to].copy_from_slice(&tile.specular[from]);
+            }
+        }
+        Ok(picture)
+    }
+
+    /// Path traces the same scene through the same pixels.
+    ///
+    /// # Errors
+    /// Where a setting is out of range, or when cancelled.
+    pub fn reference(
+        &self,
+        camera: &Camera,
+        settings: &ReferenceSettings,
+        watch: Watch<'_>,
+    ) -> Result<ReferenceRendering, RenderError> {
+        check_size(settings.width, settings.height, settings.samples)?;
+        reference::render(self.scene, &self.geometry, camera, settings, watch)
+    }
+
+    /// The pixels from (x, y) to a tile's side beyond, or to the picture's edge.
+    fn tile(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        samples: &[[f64; 2]],
+        [x, y]: [u32; 2],
+    ) -> Tile {
+        let mut tile = Tile::new(
+            [x, y],
+            TILE.min(settings.width - x),
+            TILE.min(settings.height - y),
+        );
+        let aspect = settings.width as f32 / settings.height as f32;
+        let mut hits = Hits::default();
+        for pixel in 0..tile.emitted.len() as u32 {
+            let (px, py) = (x + pixel % tile.width, y + pixel / tile.width);
+            for offset in samples {
+                let u = (f64::from(px) + offset[0]) / f64::from(settings.width);
+                let v = (f64::from(py) + offset[1]) / f64::from(settings.height);
+                let (origin, direction) = camera.ray(u as f32, v as f32, aspect);
+                if let Some(surface) = self.geometry.surface(self.scene, origin, direction) {
+                    hits.push(pixel, &surface, -direction);
+                }
+            }
+        }
+        if settings.specular == SpecularMethod::Ltc {
+            hits.look_up(&self.ggx);
+        }
+        let mut light = shade::polygons(&hits, &self.lights, settings.diffuse, settings.specular);
+        for punctual in &self.scene.punctual_lights {
+            light.add_punctual(&hits, punctual, settings.specular);
+        }
+        let share = 1.0 / samples.len() as f32;
+        for (i, hit) in hits.surfaces().iter().enumerate() {
+            let pixel = hit.pixel as usize;
+            for channel in 0..3 {
+                tile.emitted[pixel][channel] += hit.emitted[channel] * share;
+                tile.diffuse[pixel][channel] += hit.lobes.diffuse_albedo[channel]
+                    * std::f32::consts::FRAC_1_PI
+                    * light.irradiance[channel][i]
+                    * share;
+                let f0 = hit.lobes.f0[channel];
+                let (whole, schlick) = (light.specular[channel][i], light.schlick[channel][i]);
+                tile.specular[pixel][channel] += (f0 * (whole - schlick) + schlick) * share;
+            }
+        }
+        tile
+    }
+}
+
+/// A finished part of the picture.
+struct Tile {
+    x: u32,
+    y: u32,
+    width: u32,
+    height: u32,
+    emitted: Pixels,
+    diffuse: Pixels,
+    specular: Pixels,
+}
+
+impl Tile {
+    fn new([x, y]: [u32; 2], width: u32, height: u32) -> Self {
+        let black = vec![[0.0; 3]; (width * height) as usize];
+        Self {
+            x,
+            y,
+            width,
+            height,
+            emitted: black.clone(),
+            diffuse: black.clone(),
+            specular: black,
+        }
+    }
+}
+
+fn check_size(width: u32, height: u32, samples: u32) -> Result<(), RenderError> {
+    for (what, value, greatest) in [
+        ("the width", width, MAXIMUM_SIDE),
+        ("the height", height, MAXIMUM_SIDE),
+        ("the number of samples", samples, MAXIMUM_SAMPLES),
+    ] {
+        if !(1..=greatest).contains(&value) {
+            return Err(RenderError::OutOfRange {
+                what,
+                value: value.into(),
+                least: 1,
+                greatest: greatest.into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// From the scene's vectors to the mathematics'.
+fn vector(v: glam::Vec3) -> LightVec3<f32> {
+    LightVec3::new(v.x, v.y, v.z)
+}

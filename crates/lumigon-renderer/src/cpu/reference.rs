@@ -1,0 +1,197 @@
+//! The path tracer's view of a scene.
+
+use std::sync::atomic::AtomicU64;
+use std::sync::atomic::Ordering;
+
+use glam::{DVec3, Vec3};
+use lumigon_reference::{Channel, Emitter, Polygon, PunctualLight, Ray, Settings, Surface};
+
+use super::geometry::Geometry;
+use super::hits::{Lobes, emitted};
+use super::pixel_samples::pixel_samples;
+use crate::render::{Pixels, ReferenceRendering, ReferenceSettings, RenderError, Rendering, Watch};
+use crate::scene::{Camera, PunctualKind, Scene};
+
+/// A scene as the path tracer asks for it.
+struct TracedScene<'a> {
+    scene: &'a Scene,
+    geometry: &'a Geometry,
+    emitters: Vec<Emitter>,
+    punctual_lights: Vec<PunctualLight>,
+}
+
+impl lumigon_reference::Scene for TracedScene<'_> {
+    fn intersect(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<Surface> {
+        let (origin, direction) = (single(origin), single(direction));
+        let found =
+            self.geometry
+                .surface_beyond(self.scene, origin, direction, self.geometry.epsilon)?;
+        let lobes = Lobes::new(&found);
+        Some(Surface {
+            position: double(found.position),
+            geometric_normal: unit(found.geometric_normal),
+            shading_normal: unit(found.shading_normal),
+            diffuse_albedo: lobes.diffuse_albedo.map(f64::from),
+            f0: lobes.f0.map(f64::from),
+            alpha: f64::from(lobes.alpha),
+            emitted: emitted(&found).map(f64::from),
+        })
+    }
+
+    fn occluded(&self, origin: [f64; 3], direction: [f64; 3], distance: f64) -> bool {
+        let epsilon = self.geometry.epsilon;
+        let farthest = distance as f32 - epsilon;
+        self.geometry.occluded(
+            self.scene,
+            single(origin),
+            single(direction),
+            epsilon,
+            farthest,
+        )
+    }
+
+    fn emitters(&self) -> &[Emitter] {
+        &self.emitters
+    }
+
+    fn punctual_lights(&self) -> &[PunctualLight] {
+        &self.punctual_lights
+    }
+}
+
+/// Path traces the pixels that the closed forms render.
+pub(super) fn render(
+    scene: &Scene,
+    geometry: &Geometry,
+    camera: &Camera,
+    settings: &ReferenceSettings,
+    watch: Watch<'_>,
+) -> Result<ReferenceRendering, RenderError> {
+    let traced = TracedScene {
+        scene,
+        geometry,
+        emitters: emitters(scene),
+        punctual_lights: scene.punctual_lights.iter().map(punctual).collect(),
+    };
+    let (width, height) = (settings.width, settings.height);
+    let aspect = width as f32 / height as f32;
+    let ray = |x: f64, y: f64| {
+        let (u, v) = (x / f64::from(width), y / f64::from(height));
+        let (origin, direction) = camera.ray(u as f32, v as f32, aspect);
+        Ray {
+            origin: double(origin),
+            direction: double(direction),
+        }
+    };
+    let samples = pixel_samples(settings.samples);
+    let paths = settings.paths.max(2 * settings.samples);
+    let path_settings = Settings {
+        width: width as usize,
+        height: height as usize,
+        pixel_samples: &samples,
+        samples_per_pixel: paths.next_multiple_of(settings.samples) as usize,
+        bounces: settings.bounces,
+        shadows: settings.shadows,
+        seed: settings.seed,
+    };
+    let done = AtomicU64::new(0);
+    let progress = |_, rows: usize| {
+        (watch.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, rows as u64);
+    };
+    let estimate =
+        lumigon_reference::render(&traced, &ray, &path_settings, &progress, watch.cancelled)
+            .map_err(|error| match error {
+                lumigon_reference::RenderError::Bounces => RenderError::OutOfRange {
+                    what: "the number of bounces",
+                    value: 0,
+                    least: 1,
+                    greatest: u64::from(u32::MAX),
+                },
+                lumigon_reference::RenderError::Size { .. } => RenderError::OutOfRange {
+                    what: "the number of pixels",
+                    value: u64::from(width) * u64::from(height),
+                    least: 1,
+                    greatest: 1 << 28,
+                },
+                _ => RenderError::Cancelled,
+            })?;
+    let Channel {
+        mean: diffuse,
+        standard_error: diffuse_error,
+    } = estimate.diffuse;
+    let Channel {
+        mean: specular,
+        standard_error: specular_error,
+    } = estimate.specular;
+    Ok(ReferenceRendering {
+        mean: Rendering {
+            width,
+            height,
+            emitted: pixels(&estimate.emitted),
+            diffuse: pixels(&diffuse),
+            specular: pixels(&specular),
+        },
+        diffuse_error: pixels(&diffuse_error),
+        specular_error: pixels(&specular_error),
+        radiance_error: pixels(&estimate.total.standard_error),
+    })
+}
+
+fn emitters(scene: &Scene) -> Vec<Emitter> {
+    // Outlines that the path tracer cannot triangulate were refused when the lights were prepared.
+    scene
+        .polygon_lights
+        .iter()
+        .filter_map(|light| {
+            let polygon = Polygon::new(&light.loops, light.two_sided).ok()?;
+            Some(Emitter::new(
+                polygon,
+                light.radiance.to_array().map(f64::from),
+            ))
+        })
+        .collect()
+}
+
+fn punctual(light: &crate::scene::PunctualLight) -> PunctualLight {
+    let (position, direction) = (double(light.position), unit(light.direction));
+    let color = light.color.to_array().map(f64::from);
+    let range = light.range.map(f64::from);
+    match light.kind {
+        PunctualKind::Directional => PunctualLight::Directional {
+            direction,
+            irradiance: color,
+        },
+        PunctualKind::Point => PunctualLight::Point {
+            position,
+            intensity: color,
+            range,
+        },
+        PunctualKind::Spot {
+            inner_cone_angle,
+            outer_cone_angle,
+        } => PunctualLight::Spot {
+            position,
+            direction,
+            intensity: color,
+            range,
+            inner_cone_angle: f64::from(inner_cone_angle),
+            outer_cone_angle: f64::from(outer_cone_angle),
+        },
+    }
+}
+
+fn pixels(values: &[[f64; 3]]) -> Pixels {
+    values.iter().map(|v| v.map(|x| x as f32)).collect()
+}
+
+fn single(v: [f64; 3]) -> Vec3 {
+    DVec3::from(v).as_vec3()
+}
+
+fn double(v: Vec3) -> [f64; 3] {
+    v.as_dvec3().to_array()
+}
+
+fn unit(v: Vec3) -> [f64; 3] {
+    v.as_dvec3().normalize_or_zero().to_array()
+}

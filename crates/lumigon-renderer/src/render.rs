@@ -1,0 +1,163 @@
+//! What to render, and what comes back.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use lumigon::{DiffuseMethod, SpecularMethod};
+
+/// Longest side of a picture, in pixels.
+pub const MAXIMUM_SIDE: u32 = 32_768;
+
+/// A picture's size and the methods that light it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Pixels across, 1 to [`MAXIMUM_SIDE`].
+    pub width: u32,
+    /// Pixels down, 1 to [`MAXIMUM_SIDE`].
+    pub height: u32,
+    /// Rays a pixel: 1 through its centre, more stratified, the same pattern in every pixel.
+    pub samples: u32,
+    /// How diffuse light is computed.
+    pub diffuse: DiffuseMethod,
+    /// How specular light is computed.
+    pub specular: SpecularMethod,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            width: 1440,
+            height: 900,
+            samples: 4,
+            diffuse: DiffuseMethod::default(),
+            specular: SpecularMethod::default(),
+        }
+    }
+}
+
+/// A path-traced picture's size and quality.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ReferenceSettings {
+    /// Pixels across, 1 to [`MAXIMUM_SIDE`].
+    pub width: u32,
+    /// Pixels down, 1 to [`MAXIMUM_SIDE`].
+    pub height: u32,
+    /// Camera rays a pixel, at the same places as [`RenderSettings::samples`].
+    pub samples: u32,
+    /// Light paths a pixel; rounded up to a multiple of `samples` and to at least two for each.
+    pub paths: u32,
+    /// Surfaces a path may scatter at: 1 is direct light alone.
+    pub bounces: u32,
+    /// Whether surfaces block light.
+    pub shadows: bool,
+    /// Seed of the random numbers: equal seeds give equal pictures on any number of threads.
+    pub seed: u64,
+}
+
+impl Default for ReferenceSettings {
+    fn default() -> Self {
+        Self {
+            width: 1440,
+            height: 900,
+            samples: 4,
+            paths: 64,
+            bounces: 1,
+            shadows: true,
+            seed: 0,
+        }
+    }
+}
+
+/// Linear radiance, RGB, row by row from the upper left.
+pub type Pixels = Vec<[f32; 3]>;
+
+/// A rendered picture in its parts; radiance is their sum.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rendering {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// Light that surfaces emit towards the camera.
+    pub emitted: Pixels,
+    /// Light scattered by the diffuse lobe.
+    pub diffuse: Pixels,
+    /// Light scattered by the specular lobe.
+    pub specular: Pixels,
+}
+
+impl Rendering {
+    /// The sum of the parts.
+    #[must_use]
+    pub fn radiance(&self) -> Pixels {
+        let parts = self.emitted.iter().zip(&self.diffuse).zip(&self.specular);
+        parts
+            .map(|((e, d), s)| std::array::from_fn(|i| e[i] + d[i] + s[i]))
+            .collect()
+    }
+}
+
+/// A path-traced picture with the standard errors of its means.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ReferenceRendering {
+    /// The means.
+    pub mean: Rendering,
+    /// Standard error of `mean.diffuse`.
+    pub diffuse_error: Pixels,
+    /// Standard error of `mean.specular`.
+    pub specular_error: Pixels,
+    /// Standard error of the sum.
+    pub radiance_error: Pixels,
+}
+
+/// Follows and stops long work.
+#[derive(Clone, Copy)]
+pub struct Watch<'a> {
+    /// Called from any thread with the work done and all there is.
+    pub progress: &'a (dyn Fn(u64, u64) + Sync),
+    /// Set it to stop the work with [`RenderError::Cancelled`].
+    pub cancelled: &'a AtomicBool,
+}
+
+impl Watch<'_> {
+    /// Neither follows nor stops.
+    #[must_use]
+    pub fn none() -> Watch<'static> {
+        static NEVER: AtomicBool = AtomicBool::new(false);
+        Watch {
+            progress: &|_, _| {},
+            cancelled: &NEVER,
+        }
+    }
+
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Ordering::Relaxed)
+    }
+}
+
+/// Why there is no picture.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RenderError {
+    /// The size or the number of samples is out of range.
+    #[error("{what} is {value}: give {least} to {greatest}")]
+    OutOfRange {
+        /// Which setting.
+        what: &'static str,
+        /// Its value.
+        value: u64,
+        /// The least that works.
+        least: u64,
+        /// The greatest that works.
+        greatest: u64,
+    },
+    /// A light's outline is not a polygon that can be evaluated.
+    #[error("light \"{name}\": {fault}")]
+    Light {
+        /// The light's name in the scene.
+        name: String,
+        /// What is wrong with it.
+        fault: lumigon::PolygonError,
+    },
+    /// [`Watch::cancelled`] was set.
+    #[error("interrupted")]
+    Cancelled,
+}

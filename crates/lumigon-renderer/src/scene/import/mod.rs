@@ -1,0 +1,109 @@
+//! glTF 2.0 to [`Scene`].
+//!
+//! The `gltf` crate supplies the document's types. Its readers trust the document, so everything
+//! that follows an index, an offset or a count here is checked first: a hostile file is an error
+//! that names its place, never a panic, and never an allocation that its bytes do not justify.
+
+mod accessor;
+mod area_light;
+mod container;
+mod extension;
+mod image;
+mod material;
+mod node;
+mod primitive;
+mod punctual_light;
+mod source;
+mod value;
+mod warning;
+
+#[cfg(test)]
+mod tests;
+
+use std::{fs, path::Path};
+
+use gltf::json;
+
+use super::{Limits, Scene, SceneError, error::Fault};
+use source::Source;
+use warning::Warnings;
+
+pub(super) fn load(path: &Path, limits: &Limits) -> Result<Scene, SceneError> {
+    let name = path.display().to_string();
+    let bytes = source::read_file(path, limits.file_bytes)
+        .map_err(|(what, mend)| Fault::new("file", what, mend).in_file(&name))?;
+    // A bare file name has the empty path as its parent: the current folder.
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    // Links are followed to the scene itself, and its neighbours are sought where it really is.
+    let real = fs::canonicalize(path).ok();
+    let folder = real.as_deref().and_then(Path::parent).unwrap_or(folder);
+    from_slice(&bytes, Some(folder), &name, limits)
+}
+
+pub(super) fn from_slice(
+    bytes: &[u8],
+    base_folder: Option<&Path>,
+    name: &str,
+    limits: &Limits,
+) -> Result<Scene, SceneError> {
+    import(bytes, base_folder, limits).map_err(|fault| fault.in_file(name))
+}
+
+fn import(bytes: &[u8], base_folder: Option<&Path>, limits: &Limits) -> Result<Scene, Fault> {
+    let container = container::split(bytes)?;
+    let root = parse(container.json, limits)?;
+    let mut warnings = Warnings::default();
+    extension::check(&root, &mut warnings)?;
+    let source = Source::new(&root, container.binary, base_folder, limits);
+    node::import(&root, source, limits, warnings)
+}
+
+/// JSON to the document's types, with the path to the first thing that does not fit.
+fn parse(text: &[u8], limits: &Limits) -> Result<json::Root, Fault> {
+    // An object of two characters becomes a struct of hundreds of bytes.
+    let objects = text.iter().filter(|&&c| c == b'{').count();
+    if objects > limits.json_objects {
+        return Err(Fault::new(
+            "JSON",
+            format!(
+                "{objects} objects pass the limit of {}",
+                limits.json_objects
+            ),
+            "make the scene smaller or raise the limit",
+        ));
+    }
+    let mut deserializer = serde_json::Deserializer::from_slice(text);
+    let root: json::Root =
+        serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
+            let place = error.path().to_string();
+            let place = if place == "." {
+                "JSON".to_owned()
+            } else {
+                place
+            };
+            Fault::new(
+                place,
+                error.into_inner().to_string(),
+                "write valid glTF 2.0 JSON there",
+            )
+        })?;
+    deserializer
+        .end()
+        .map_err(|error| Fault::new("JSON", error.to_string(), "end the file after the JSON"))?;
+    let version = root
+        .asset
+        .min_version
+        .as_ref()
+        .unwrap_or(&root.asset.version);
+    if version.split('.').next() != Some("2") {
+        return Err(Fault::new(
+            "asset.version",
+            format!("glTF {version} is not glTF 2"),
+            "convert the scene to glTF 2.0",
+        ));
+    }
+    Ok(root)
+}

@@ -1,0 +1,50 @@
+//! Triangles in world space.
+
+use glam::{Vec2, Vec3, Vec4};
+
+/// One primitive of one node, in world space.
+///
+/// Attributes are one for each vertex or empty where the file has none; only positions and normals
+/// are always there. Mirrored nodes have their winding restored: a triangle runs counter-clockwise
+/// seen from its front. Triangles without area are left out.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// The names of the node and its mesh, where the file has them, and the primitive's index.
+    pub name: String,
+    /// Index into [`super::Scene::materials`].
+    pub material: usize,
+    /// World-space positions, finite.
+    pub positions: Vec<Vec3>,
+    /// World-space unit normals. Flat ones where the file has none, as glTF asks.
+    pub normals: Vec<Vec3>,
+    /// World-space unit tangents, with the bitangent's sign in w: bitangent = w (normal × tangent).
+    pub tangents: Vec<Vec4>,
+    /// The two sets of texture coordinates; (0, 0) is the image's upper left corner.
+    pub texcoords: [Vec<Vec2>; 2],
+    /// Linear RGBA that multiplies the base colour.
+    pub colors: Vec<Vec4>,
+    /// Vertex indices, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// The smallest and largest coordinates of the triangles' corners, or `None` without triangles.
+    #[must_use]
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        self.triangles
+            .iter()
+            .flatten()
+            .map(|&i| self.positions[i as usize])
+            .map(|p| (p, p))
+            .reduce(|(low, high), (p, _)| (low.min(p), high.max(p)))
+    }
+
+    /// The corners of one triangle.
+    ///
+    /// # Panics
+    /// Where `triangle` is not one of this mesh's.
+    #[must_use]
+    pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
+        self.triangles[triangle].map(|i| self.positions[i as usize])
+    }
+}

@@ -1,0 +1,258 @@
+//! What a ray meets.
+
+use glam::{Vec2, Vec3, Vec4, Vec4Swizzles};
+
+use super::{AlphaMode, Material, Mesh, Scene, TextureRef};
+
+/// A surface point as a ray sees it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceSample {
+    /// World-space position.
+    pub position: Vec3,
+    /// Unit normal of the triangle's plane, towards the viewer.
+    pub geometric_normal: Vec3,
+    /// Unit normal to shade with: interpolated and normal-mapped. It never faces away from the
+    /// viewer: where it would, it is bent back to the silhouette.
+    pub shading_normal: Vec3,
+    /// Linear RGB base colour.
+    pub base_color: Vec3,
+    /// 0 dielectric to 1 metal.
+    pub metallic: f32,
+    /// Square root of the GGX width alpha, 0 to 1.
+    pub perceptual_roughness: f32,
+    /// Linear RGB radiance towards the viewer: 0 behind a face that emits from its front alone.
+    pub emissive: Vec3,
+    /// 1 where there is a surface, 0 where an alpha mask cuts it out or the viewer is behind a
+    /// single-sided face.
+    pub opacity: f32,
+    /// The viewer sees the triangle's front, from where it runs counter-clockwise.
+    pub front: bool,
+    /// Shown as its base colour, unlit.
+    pub unlit: bool,
+}
+
+impl Scene {
+    /// The surface where a ray meets a triangle. `barycentrics` weigh the triangle's second and
+    /// third corners; `ray_direction` runs towards the surface and need not be a unit vector.
+    ///
+    /// # Panics
+    /// Where there is no such mesh or triangle.
+    #[must_use]
+    pub fn surface(
+        &self,
+        mesh: usize,
+        triangle: usize,
+        barycentrics: Vec2,
+        ray_direction: Vec3,
+    ) -> SurfaceSample {
+        let mesh = &self.meshes[mesh];
+        let material = &self.materials[mesh.material];
+        let corners = mesh.triangles[triangle];
+        let point = Point {
+            mesh,
+            corners,
+            weights: weights(barycentrics),
+        };
+        let outward = geometric_normal(mesh.corners(triangle));
+        let front = outward.dot(ray_direction) <= 0.0;
+        let towards_viewer = -ray_direction.normalize_or(-outward);
+        let side = if front { 1.0 } else { -1.0 };
+
+        let mut shading_normal = point
+            .blend3(&mesh.normals)
+            .and_then(Vec3::try_normalize)
+            .unwrap_or(outward);
+        if let Some(texture) = &material.normal_texture {
+            shading_normal =
+                self.mapped_normal(&point, shading_normal, texture, material.normal_scale);
+        }
+
+        let base_color = self.base_color(&point, material);
+        let (mut metallic, mut perceptual_roughness) =
+            (material.metallic, material.perceptual_roughness);
+        if let Some(texture) = &material.metallic_roughness_texture {
+            let texel = self.texel(&point, texture);
+            perceptual_roughness *= texel.y;
+            metallic *= texel.z;
+        }
+        let emits = front || material.double_sided;
+        let mut emissive = if emits && !material.unlit {
+            material.emissive
+        } else {
+            Vec3::ZERO
+        };
+        if let Some(texture) = &material.emissive_texture
+            && emissive != Vec3::ZERO
+        {
+            emissive *= self.texel(&point, texture).xyz();
+        }
+        SurfaceSample {
+            position: point.blend3(&mesh.positions).unwrap_or_default(),
+            geometric_normal: outward * side,
+            shading_normal: bent_to_silhouette(shading_normal * side, towards_viewer),
+            base_color: base_color.xyz(),
+            metallic,
+            perceptual_roughness,
+            emissive,
+            opacity: opacity(material, base_color.w, front),
+            front,
+            unlit: material.unlit,
+        }
+    }
+
+    /// [`SurfaceSample::opacity`] alone, for rays that only ask whether something is there.
+    ///
+    /// # Panics
+    /// Where there is no such mesh or triangle.
+    #[must_use]
+    pub fn opacity(
+        &self,
+        mesh: usize,
+        triangle: usize,
+        barycentrics: Vec2,
+        ray_direction: Vec3,
+    ) -> f32 {
+        let mesh = &self.meshes[mesh];
+        let material = &self.materials[mesh.material];
+        let front = material.double_sided
+            || geometric_normal(mesh.corners(triangle)).dot(ray_direction) <= 0.0;
+        if !matches!(material.alpha_mode, AlphaMode::Mask { .. }) {
+            return opacity(material, 1.0, front);
+        }
+        let point = Point {
+            mesh,
+            corners: mesh.triangles[triangle],
+            weights: weights(barycentrics),
+        };
+        opacity(material, self.base_color(&point, material).w, front)
+    }
+
+    fn base_color(&self, point: &Point<'_>, material: &Material) -> Vec4 {
+        let mut color = material.base_color;
+        if let Some(texture) = &material.base_color_texture {
+            color *= self.texel(point, texture);
+        }
+        if let Some(vertex_color) = point.blend(&point.mesh.colors) {
+            color *= vertex_color;
+        }
+        color
+    }
+
+    fn texel(&self, point: &Point<'_>, texture: &TextureRef) -> Vec4 {
+        let texcoord = point.blend2(&point.mesh.texcoords[texture.texcoord]);
+        self.textures[texture.texture].sample(texture.transform.apply(texcoord.unwrap_or_default()))
+    }
+
+    /// The normal texture applied in the frame of the file's tangents or, without those, of the
+    /// triangle's own texture coordinates as the texture's transform leaves them.
+    fn mapped_normal(
+        &self,
+        point: &Point<'_>,
+        normal: Vec3,
+        texture: &TextureRef,
+        scale: f32,
+    ) -> Vec3 {
+        let frame = match point.blend(&point.mesh.tangents) {
+            Some(tangent) => tangent_frame(normal, tangent.xyz(), tangent.w),
+            None => {
+                let uvs = &point.mesh.texcoords[texture.texcoord];
+                if uvs.is_empty() {
+                    return normal;
+                }
+                let uv = point
+                    .corners
+                    .map(|i| texture.transform.apply(uvs[i as usize]));
+                let p = point.corners.map(|i| point.mesh.positions[i as usize]);
+                let (along_u, handedness) = texture_gradient(p, uv, normal);
+                tangent_frame(normal, along_u, handedness)
+            }
+        };
+        let Some((tangent, bitangent)) = frame else {
+            return normal;
+        };
+        let texel = self.texel(point, texture).xyz() * 2.0 - 1.0;
+        let mapped = tangent * (texel.x * scale) + bitangent * (texel.y * scale) + normal * texel.z;
+        mapped.try_normalize().unwrap_or(normal)
+    }
+}
+
+/// A point of a triangle, by the weights of its corners.
+struct Point<'a> {
+    mesh: &'a Mesh,
+    corners: [u32; 3],
+    weights: [f32; 3],
+}
+
+macro_rules! blend {
+    ($name:ident, $vector:ty) => {
+        /// The attribute here, or `None` where the mesh lacks it.
+        fn $name(&self, attribute: &[$vector]) -> Option<$vector> {
+            let [a, b, c] = self.corners.map(|i| attribute.get(i as usize).copied());
+            let [wa, wb, wc] = self.weights;
+            Some(a? * wa + b? * wb + c? * wc)
+        }
+    };
+}
+
+impl Point<'_> {
+    blend!(blend2, Vec2);
+    blend!(blend3, Vec3);
+    blend!(blend, Vec4);
+}
+
+fn weights(barycentrics: Vec2) -> [f32; 3] {
+    [
+        1.0 - barycentrics.x - barycentrics.y,
+        barycentrics.x,
+        barycentrics.y,
+    ]
+}
+
+/// Unit normal on the side from which the corners run counter-clockwise; Y where they are aligned.
+fn geometric_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    // Scaled first: the cross product of a small triangle's edges underflows in f32.
+    let (u, v) = (b - a, c - a);
+    let size = u.abs().max(v.abs()).max_element();
+    (u / size).cross(v / size).normalize_or(Vec3::Y)
+}
+
+fn opacity(material: &Material, alpha: f32, front: bool) -> f32 {
+    let cut = matches!(material.alpha_mode, AlphaMode::Mask { cutoff } if alpha < cutoff);
+    if cut || !(front || material.double_sided) {
+        0.0
+    } else {
+        1.0
+    }
+}
+
+/// The direction on the triangle along which u grows, and the sign that makes
+/// `sign * normal × tangent` the direction along which v falls: glTF's v runs down the image,
+/// the bitangent of its normal maps up it.
+fn texture_gradient([p0, p1, p2]: [Vec3; 3], [t0, t1, t2]: [Vec2; 3], normal: Vec3) -> (Vec3, f32) {
+    let (e1, e2) = (p1 - p0, p2 - p0);
+    let (d1, d2) = (t1 - t0, t2 - t0);
+    let orientation = d1.perp_dot(d2).signum();
+    let tangent = (e1 * d2.y - e2 * d1.y) * orientation;
+    let bitangent = (e1 * d2.x - e2 * d1.x) * orientation;
+    let handedness = normal.cross(tangent).dot(bitangent).signum();
+    (tangent, handedness)
+}
+
+/// Unit tangent and bitangent at right angles to `normal`, or `None` where the tangent is along it.
+fn tangent_frame(normal: Vec3, tangent: Vec3, handedness: f32) -> Option<(Vec3, Vec3)> {
+    let tangent = tangent.try_normalize()?;
+    let tangent = (tangent - normal * normal.dot(tangent)).try_normalize()?;
+    let handedness = if handedness < 0.0 { -1.0 } else { 1.0 };
+    Some((tangent, normal.cross(tangent) * handedness))
+}
+
+/// Interpolated and mapped normals may face away from a viewer who sees the face: such a normal is
+/// turned towards the viewer until it is just visible.
+fn bent_to_silhouette(normal: Vec3, towards_viewer: Vec3) -> Vec3 {
+    const LEAST_COSINE: f32 = 1e-3;
+    let cosine = normal.dot(towards_viewer);
+    if cosine >= LEAST_COSINE {
+        return normal;
+    }
+    (normal + towards_viewer * (LEAST_COSINE - cosine)).normalize_or(towards_viewer)
+}

@@ -1,0 +1,130 @@
+//! Triangle meshes: flat polygons, quads, boxes and spheres.
+
+use super::outline::Outline;
+use earcut::Earcut;
+
+/// Vertex attributes and triangles as glTF stores them; empty lists are attributes left out.
+#[derive(Default)]
+pub(crate) struct Mesh {
+    pub(crate) positions: Vec<[f32; 3]>,
+    pub(crate) normals: Vec<[f32; 3]>,
+    pub(crate) texcoords: Vec<[f32; 2]>,
+    pub(crate) tangents: Vec<[f32; 4]>,
+    pub(crate) indices: Vec<u16>,
+}
+
+fn single<const N: usize>(values: [f64; N]) -> [f32; N] {
+    values.map(|x| x as f32)
+}
+
+impl Mesh {
+    /// A polygon in the xy plane whose front faces +z.
+    pub(crate) fn polygon(outline: &Outline) -> Self {
+        let points: Vec<[f64; 2]> = outline.loops.iter().flatten().copied().collect();
+        let holes: Vec<u16> = outline
+            .loops
+            .iter()
+            .scan(0, |start, points| {
+                *start += points.len() as u16;
+                Some(*start)
+            })
+            .take(outline.loops.len() - 1)
+            .collect();
+        let mut triangles: Vec<u16> = Vec::new();
+        Earcut::new().earcut(points.iter().copied(), &holes, &mut triangles);
+        for triangle in triangles.chunks_exact_mut(3) {
+            let [a, b, c] = [0, 1, 2].map(|k| points[usize::from(triangle[k])]);
+            let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+            if area < 0.0 {
+                triangle.swap(1, 2);
+            }
+        }
+        Self {
+            positions: points.iter().map(|&[x, y]| single([x, y, 0.0])).collect(),
+            normals: vec![[0.0, 0.0, 1.0]; points.len()],
+            indices: triangles,
+            ..Self::default()
+        }
+    }
+
+    /// A parallelogram from `corner` along the edges `u` and `v`; its front faces `u x v`.
+    ///
+    /// Texture coordinates run along `u` to the right and against `v` downwards, as images do.
+    pub(crate) fn quad(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Self {
+        let mut mesh = Self::default();
+        mesh.push_quad(corner, u, v);
+        mesh
+    }
+
+    /// The same with a tangent along `u`, for a normal map.
+    pub(crate) fn quad_with_tangents(corner: [f64; 3], u: [f64; 3], v: [f64; 3]) -> Self {
+        let mut mesh = Self::quad(corner, u, v);
+        let t = glam::DVec3::from(u).normalize();
+        mesh.tangents = vec![single([t.x, t.y, t.z, 1.0]); 4];
+        mesh
+    }
+
+    fn push_quad(&mut self, corner: [f64; 3], u: [f64; 3], v: [f64; 3]) {
+        let [corner, u, v] = [corner, u, v].map(glam::DVec3::from);
+        let first = self.positions.len() as u16;
+        let normal = u.cross(v).normalize();
+        for (s, t) in [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)] {
+            self.positions
+                .push(single((corner + u * s + v * t).to_array()));
+            self.normals.push(single(normal.to_array()));
+            self.texcoords.push(single([s, 1.0 - t]));
+        }
+        self.indices
+            .extend([0, 1, 2, 0, 2, 3].map(|k: u16| first + k));
+    }
+
+    /// The six outer faces of a parallelepiped from `corner` along a right-handed triple of edges.
+    pub(crate) fn cuboid(corner: [f64; 3], edges: [[f64; 3]; 3]) -> Self {
+        let mut mesh = Self::default();
+        let at = glam::DVec3::from(corner);
+        for k in 0..3 {
+            let [u, v, w] = [0, 1, 2].map(|j| edges[(k + j) % 3]);
+            mesh.push_quad(corner, v, u);
+            mesh.push_quad((at + glam::DVec3::from(w)).to_array(), u, v);
+        }
+        mesh
+    }
+
+    /// The unit sphere with smooth normals, its poles on the y axis.
+    pub(crate) fn sphere(slices: u16, stacks: u16) -> Self {
+        let mut mesh = Self::default();
+        for i in 0..=stacks {
+            let t = f64::from(i) / f64::from(stacks);
+            let (sin_polar, cos_polar) = libm::sincos(std::f64::consts::PI * t);
+            for j in 0..=slices {
+                let s = f64::from(j) / f64::from(slices);
+                // The seam's two columns carry equal bits.
+                let (sin, cos) =
+                    libm::sincos(std::f64::consts::TAU * f64::from(j % slices) / f64::from(slices));
+                // The poles sit on the axis exactly.
+                let radius = if i == 0 || i == stacks {
+                    0.0
+                } else {
+                    sin_polar
+                };
+                let p = single([radius * sin, cos_polar, radius * cos]);
+                mesh.positions.push(p);
+                mesh.normals.push(p);
+                mesh.texcoords.push(single([s, t]));
+            }
+        }
+        let at = |i: u16, j: u16| i * (slices + 1) + j;
+        for i in 0..stacks {
+            for j in 0..slices {
+                let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                if i + 1 < stacks {
+                    mesh.indices.extend([a, b, c]);
+                }
+                if i > 0 {
+                    mesh.indices.extend([a, c, d]);
+                }
+            }
+        }
+        mesh
+    }
+}
