@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{Failure, completions, eval, fit, man, render, scene};
+use crate::{Failure, bench, compare, completions, eval, fit, man, render, scene};
 
 /// Light from polygons: any planar polygon lights a scene exactly, without noise
 #[derive(Debug, Parser)]
@@ -21,9 +21,11 @@ pub struct Arguments {
 #[allow(missing_docs, reason = "each is documented by its arguments")]
 pub enum Command {
     Render(render::Render),
+    Compare(compare::Compare),
     Eval(eval::Eval),
     Scene(scene::SceneCommand),
     Fit(fit::Fit),
+    Bench(bench::Bench),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -41,9 +43,11 @@ impl Arguments {
         }
         match &self.command {
             Command::Render(command) => command.run(),
+            Command::Compare(command) => command.run(),
             Command::Eval(command) => command.run(),
             Command::Scene(command) => command.run(),
             Command::Fit(command) => command.run(),
+            Command::Bench(command) => command.run(),
             Command::Completions(command) => command.run(),
             Command::Man(command) => command.run(),
         }

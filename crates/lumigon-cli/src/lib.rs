@@ -4,6 +4,9 @@
 //! [`answer`] is `lumigon eval` for one line.
 
 mod arguments;
+mod bench;
+mod camera;
+mod compare;
 mod completions;
 mod eval;
 mod failure;

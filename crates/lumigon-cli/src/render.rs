@@ -12,6 +12,7 @@ use lumigon_renderer::{
 };
 
 use crate::Failure;
+use crate::camera::choose_camera;
 use crate::interrupt::Interrupt;
 use crate::method::{Basis, Diffuse, Inclusion, Occlusion, Specular};
 use crate::progress::Progress;
@@ -117,7 +118,8 @@ fn default_size() -> Size {
     Size { width, height }
 }
 
-fn exposure(text: &str) -> Result<f32, String> {
+/// An exposure that keeps its factor finite.
+pub(crate) fn exposure(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(ev) if (-100.0..=100.0).contains(&ev) => Ok(ev),
         _ => Err("give stops from -100 to 100".to_owned()),
@@ -129,7 +131,8 @@ fn tone_map() -> impl TypedValueParser<Value = ToneMap> {
         .try_map(|name| name.parse::<ToneMap>())
 }
 
-fn bias(text: &str) -> Result<f64, String> {
+/// A bias of [`lumigon::ProjectionBasis::Biased`].
+pub(crate) fn bias(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(bias) if (0.0..1e30).contains(&bias) => Ok(bias),
         _ => Err("give a distance, not negative".to_owned()),
@@ -151,7 +154,7 @@ impl Render {
         if format == PictureFormat::Exr && self.display.is_set() {
             eprintln!("warning: an EXR holds radiance as it is, without exposure and tone map");
         }
-        let camera = self.choose_camera(&scene)?;
+        let camera = choose_camera(&scene, &self.scene, self.camera.as_deref())?;
         interrupt.watch();
         let renderer = CpuRenderer::new(&scene)?;
         let radiance = {
@@ -216,29 +219,6 @@ impl Render {
             Err(RenderError::Cancelled) => Err(Failure::Interrupted),
             Err(error) => Err(error.into()),
         }
-    }
-
-    fn choose_camera(&self, scene: &Scene) -> Result<Camera, Failure> {
-        let Some(wanted) = &self.camera else {
-            let first = scene.cameras.first().cloned();
-            return Ok(first.unwrap_or_else(|| Camera::framing(scene)));
-        };
-        let by_name = scene.cameras.iter().find(|camera| camera.name == *wanted);
-        let by_index = || scene.cameras.get(wanted.parse::<usize>().ok()?);
-        by_name.or_else(by_index).cloned().ok_or_else(|| {
-            let names: Vec<_> = scene
-                .cameras
-                .iter()
-                .enumerate()
-                .map(|(index, camera)| format!("{index} {:?}", camera.name))
-                .collect();
-            let there_are = match names.is_empty() {
-                true => "it has none; leave --camera out".to_owned(),
-                false => format!("it has {}", names.join(", ")),
-            };
-            let scene = self.scene.display();
-            format!("{scene}: there is no camera {wanted:?}: {there_are}").into()
-        })
     }
 }
 

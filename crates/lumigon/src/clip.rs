@@ -44,6 +44,35 @@ impl<T: Real> Seen<T> {
     }
 }
 
+/// Vertices relative to the light's centre, as a shading point wants them.
+///
+/// A trait and not a closure, because a closure that the compiler chooses not to inline loses
+/// the processor's SIMD instructions.
+pub(crate) trait Offsets<T>: Copy {
+    fn get(self, i: usize) -> Vec3<T>;
+}
+
+/// The light's own vertices, the same in every lane.
+#[derive(Clone, Copy)]
+pub(crate) struct Shared<'a, T: Real> {
+    light: &'a PolygonLight<T::Scalar>,
+    like: T,
+}
+
+impl<'a, T: Real> Shared<'a, T> {
+    #[inline(always)]
+    pub(crate) fn new(light: &'a PolygonLight<T::Scalar>, like: T) -> Self {
+        Self { light, like }
+    }
+}
+
+impl<T: Real> Offsets<T> for Shared<'_, T> {
+    #[inline(always)]
+    fn get(self, i: usize) -> Vec3<T> {
+        Vec3::broadcast(self.like, self.light.offsets[i])
+    }
+}
+
 /// The plane through the shading point above which light arrives.
 pub(crate) trait Horizon<T: Real>: Copy {
     /// Component along the normal.
@@ -140,13 +169,13 @@ impl<T: Real> Edge<T> {
 pub(crate) fn height_range<T: Real>(
     light: &PolygonLight<T::Scalar>,
     center: Vec3<T>,
-    offset: impl Fn(usize) -> Vec3<T>,
+    offsets: impl Offsets<T>,
     horizon: impl Horizon<T>,
 ) -> (T, T) {
-    let mut least = horizon.height(offset(0));
+    let mut least = horizon.height(offsets.get(0));
     let mut greatest = least;
     for i in 1..light.offsets.len() {
-        let height = horizon.height(offset(i));
+        let height = horizon.height(offsets.get(i));
         least = least.min(height);
         greatest = greatest.max(height);
     }
@@ -159,15 +188,15 @@ pub(crate) fn height_range<T: Real>(
 pub(crate) fn for_each_edge<T: Real>(
     light: &PolygonLight<T::Scalar>,
     center: Vec3<T>,
-    offset: impl Fn(usize) -> Vec3<T>,
+    offsets: impl Offsets<T>,
     mut visit: impl FnMut(Edge<T>),
 ) {
     let one = center.x.constant(1.0);
     for range in light.loop_ranges() {
-        let mut start_offset = offset(range.end - 1);
+        let mut start_offset = offsets.get(range.end - 1);
         let mut start = start_offset + center;
         for i in range {
-            let end_offset = offset(i);
+            let end_offset = offsets.get(i);
             let end = end_offset + center;
             visit(Edge {
                 start,
@@ -191,7 +220,7 @@ pub(crate) fn for_each_edge<T: Real>(
 pub(crate) fn for_each_edge_above<T: Real>(
     light: &PolygonLight<T::Scalar>,
     center: Vec3<T>,
-    offset: impl Fn(usize) -> Vec3<T>,
+    offsets: impl Offsets<T>,
     horizon: impl Horizon<T>,
     mut visit: impl FnMut(Edge<T>),
     mut cross: impl FnMut(Vec3<T>, T),
@@ -199,11 +228,11 @@ pub(crate) fn for_each_edge_above<T: Real>(
     let zero = center.x.constant(0.0);
     let one = center.x.constant(1.0);
     for range in light.loop_ranges() {
-        let mut start_offset = offset(range.end - 1);
+        let mut start_offset = offsets.get(range.end - 1);
         let mut start = start_offset + center;
         let mut start_height = horizon.height(start);
         for i in range {
-            let end_offset = offset(i);
+            let end_offset = offsets.get(i);
             let end = end_offset + center;
             let end_height = horizon.height(end);
             let start_up = start_height.gt(zero);

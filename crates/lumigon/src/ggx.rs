@@ -16,7 +16,7 @@ pub const MINIMUM_ALPHA: f64 = 1e-4;
 /// squared and is raised to [`MINIMUM_ALPHA`]. 0 where light or view is below the horizon.
 #[inline(always)]
 pub fn ggx_cosine<T: Real>(alpha: T, normal: Vec3<T>, view: Vec3<T>, light: Vec3<T>) -> T {
-    let (zero, one) = (alpha.constant(0.0), alpha.constant(1.0));
+    let zero = alpha.constant(0.0);
     let alpha = alpha.max(alpha.constant(MINIMUM_ALPHA));
     let squared_alpha = alpha * alpha;
     let (cos_view, cos_light) = (normal.dot(view), normal.dot(light));
@@ -33,14 +33,19 @@ pub fn ggx_cosine<T: Real>(alpha: T, normal: Vec3<T>, view: Vec3<T>, light: Vec3
         / (denominator * denominator * alpha.constant(core::f64::consts::PI))
             .max(alpha.constant(1e-30));
     // G2 / (4 n.v n.l) = 1 / (2 (n.l sqrt(..v..) + n.v sqrt(..l..)))
-    let lambda = |cosine: T| {
-        (one - squared_alpha)
-            .mul_add(cosine * cosine, squared_alpha)
-            .sqrt()
-    };
-    let shadowing = cos_light * lambda(cos_view) + cos_view * lambda(cos_light);
+    let shadowing = cos_light * smith_root(squared_alpha, cos_view)
+        + cos_view * smith_root(squared_alpha, cos_light);
     let value = distribution * cos_light / (shadowing + shadowing).max(alpha.constant(1e-30));
     T::select(above, value, zero)
+}
+
+/// The root in Smith's masking term: sqrt(alpha^2 + (1 - alpha^2) cosine^2).
+#[inline(always)]
+fn smith_root<T: Real>(squared_alpha: T, cosine: T) -> T {
+    let one = squared_alpha.constant(1.0);
+    (one - squared_alpha)
+        .mul_add(cosine * cosine, squared_alpha)
+        .sqrt()
 }
 
 /// Schlick's Fresnel reflectance with F90 = 1, for `cosine` = h.v in \[0, 1\].

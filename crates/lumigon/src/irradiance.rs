@@ -3,11 +3,12 @@
 //! Lambert's formula ("Photometria", 1760) in Stokes' form: Arvo, "Analytic Methods for Simulated
 //! Light Transport", 1995; the derivation by Iwanicki, "Deriving the analytical formula for a
 //! diffuse response from a polygonal light source". The light vector is
-//! F = 1/2 sum theta_i gamma_i over the edges: theta_i the angle an edge subtends, gamma_i the
+//! `F = 1/2 sum theta_i gamma_i` over the edges: `theta_i` the angle an edge subtends, `gamma_i` the
 //! unit normal of its plane with the shading point. Irradiance is n.F.
 
 use crate::clip::{
-    Above, Compass, Edge, Horizon, Seen, for_each_edge, for_each_edge_above, height_range,
+    Above, Compass, Edge, Horizon, Offsets, Seen, Shared, for_each_edge, for_each_edge_above,
+    height_range,
 };
 use crate::polygon::PolygonLight;
 use crate::real::{Mask, Real};
@@ -35,23 +36,23 @@ pub fn irradiance<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>, norm
     if !visible.any() {
         return zero;
     }
-    let offset = |i: usize| Vec3::broadcast(point.x, light.offsets[i]);
+    let offsets = Shared::new(light, point.x);
     let horizon = Above(normal);
     let sum = if height.ge(one).all() {
         unclipped(
             light,
             seen.center,
-            offset,
+            offsets,
             horizon,
             light_area(light, normal),
         )
     } else {
-        let (least, greatest) = height_range(light, seen.center, offset, horizon);
+        let (least, greatest) = height_range(light, seen.center, offsets, horizon);
         if least.ge(zero).all() {
             unclipped(
                 light,
                 seen.center,
-                offset,
+                offsets,
                 horizon,
                 light_area(light, normal),
             )
@@ -59,11 +60,11 @@ pub fn irradiance<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>, norm
             if !(seen.lit & greatest.gt(zero)).any() {
                 return zero;
             }
-            let mut clipped = clipped(light, seen.center, offset, horizon, seen.away);
+            let mut clipped = clipped(light, seen.center, offsets, horizon, seen.away);
             let far = least.ge(zero) & squared_length(seen.center).gt(point.x.constant(FAR));
             if far.any() {
                 let area = light_area(light, normal);
-                let sum = far_sum(light, seen.center, offset, horizon, area);
+                let sum = far_sum(light, seen.center, offsets, horizon, area);
                 clipped = T::select(far, sum, clipped);
             }
             clipped
@@ -88,23 +89,35 @@ pub fn form_factor<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>, nor
 #[inline(always)]
 pub fn light_vector<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>) -> Vec3<T> {
     let seen = Seen::new(light, point);
-    let offset = |i: usize| Vec3::broadcast(point.x, light.offsets[i]);
+    let offsets = Shared::new(light, point.x);
     let zero = point.x.constant(0.0);
     let mut sum = Vec3::new(zero, zero, zero);
     let far = squared_length(seen.center).gt(point.x.constant(FAR));
     if !far.all() {
-        for_each_edge(light, seen.center, offset, |edge| {
-            sum = edge.cross.mul_add(edge.angle_over_sine(), sum);
-        });
+        for_each_edge(
+            light,
+            seen.center,
+            offsets,
+            #[inline(always)]
+            |edge| {
+                sum = edge.cross.mul_add(edge.angle_over_sine(), sum);
+            },
+        );
     }
     if far.any() {
         let doubled_area = point.x.broadcast(light.doubled_area);
         let area = Vec3::broadcast(point.x, light.normal) * doubled_area;
         let over_distance = point.x.constant(1.0) / squared_length(seen.center);
         let mut far_sum = area * over_distance;
-        for_each_far_edge(light, seen.center, offset, |cross, weight| {
-            far_sum = cross.mul_add(weight, far_sum);
-        });
+        for_each_far_edge(
+            light,
+            seen.center,
+            offsets,
+            #[inline(always)]
+            |cross, weight| {
+                far_sum = cross.mul_add(weight, far_sum);
+            },
+        );
         sum = Vec3::select(far, far_sum, sum);
     }
     let weight = T::select(seen.lit, seen.orientation * point.x.constant(0.5), zero);
@@ -122,7 +135,7 @@ pub fn light_vector_above<T: Real>(
     normal: Vec3<T>,
 ) -> Vec3<T> {
     let seen = Seen::new(light, point);
-    let offset = |i: usize| Vec3::broadcast(point.x, light.offsets[i]);
+    let offsets = Shared::new(light, point.x);
     let zero = point.x.constant(0.0);
     let mut sum = Vec3::new(zero, zero, zero);
     let mut along_horizon = zero;
@@ -130,9 +143,11 @@ pub fn light_vector_above<T: Real>(
     for_each_edge_above(
         light,
         seen.center,
-        offset,
+        offsets,
         Above(normal),
+        #[inline(always)]
         |edge| sum = edge.cross.mul_add(edge.angle_over_sine(), sum),
+        #[inline(always)]
         |crossing, sign| along_horizon = compass.azimuth(crossing).mul_add(sign, along_horizon),
     );
     let weight = T::select(seen.lit, seen.orientation * point.x.constant(0.5), zero);
@@ -156,22 +171,28 @@ fn light_area<T: Real>(light: &PolygonLight<T::Scalar>, normal: Vec3<T>) -> T {
 pub(crate) fn unclipped<T: Real>(
     light: &PolygonLight<T::Scalar>,
     center: Vec3<T>,
-    offset: impl Fn(usize) -> Vec3<T> + Copy,
+    offsets: impl Offsets<T>,
     horizon: impl Horizon<T>,
     doubled_area: T,
 ) -> T {
     let far = squared_length(center).gt(center.x.constant(FAR));
     if far.all() {
-        return far_sum(light, center, offset, horizon, doubled_area);
+        return far_sum(light, center, offsets, horizon, doubled_area);
     }
     let mut sum = center.x.constant(0.0);
-    for_each_edge(light, center, offset, |edge: Edge<T>| {
-        sum = horizon
-            .height(edge.cross)
-            .mul_add(edge.angle_over_sine(), sum);
-    });
+    for_each_edge(
+        light,
+        center,
+        offsets,
+        #[inline(always)]
+        |edge: Edge<T>| {
+            sum = horizon
+                .height(edge.cross)
+                .mul_add(edge.angle_over_sine(), sum);
+        },
+    );
     if far.any() {
-        let far_sum = far_sum(light, center, offset, horizon, doubled_area);
+        let far_sum = far_sum(light, center, offsets, horizon, doubled_area);
         sum = T::select(far, far_sum, sum);
     }
     sum
@@ -182,7 +203,7 @@ pub(crate) fn unclipped<T: Real>(
 pub(crate) fn clipped<T: Real>(
     light: &PolygonLight<T::Scalar>,
     center: Vec3<T>,
-    offset: impl Fn(usize) -> Vec3<T>,
+    offsets: impl Offsets<T>,
     horizon: impl Horizon<T>,
     away: Vec3<T>,
 ) -> T {
@@ -192,13 +213,15 @@ pub(crate) fn clipped<T: Real>(
     for_each_edge_above(
         light,
         center,
-        offset,
+        offsets,
         horizon,
+        #[inline(always)]
         |edge| {
             sum = horizon
                 .height(edge.cross)
-                .mul_add(edge.angle_over_sine(), sum)
+                .mul_add(edge.angle_over_sine(), sum);
         },
+        #[inline(always)]
         |crossing, sign| along_horizon = compass.azimuth(crossing).mul_add(sign, along_horizon),
     );
     sum + along_horizon
@@ -213,14 +236,20 @@ pub(crate) fn clipped<T: Real>(
 pub(crate) fn far_sum<T: Real>(
     light: &PolygonLight<T::Scalar>,
     center: Vec3<T>,
-    offset: impl Fn(usize) -> Vec3<T>,
+    offsets: impl Offsets<T>,
     horizon: impl Horizon<T>,
     doubled_area: T,
 ) -> T {
     let mut sum = doubled_area / squared_length(center);
-    for_each_far_edge(light, center, offset, |cross, weight| {
-        sum = horizon.height(cross).mul_add(weight, sum);
-    });
+    for_each_far_edge(
+        light,
+        center,
+        offsets,
+        #[inline(always)]
+        |cross, weight| {
+            sum = horizon.height(cross).mul_add(weight, sum);
+        },
+    );
     sum
 }
 
@@ -230,16 +259,16 @@ pub(crate) fn far_sum<T: Real>(
 fn for_each_far_edge<T: Real>(
     light: &PolygonLight<T::Scalar>,
     center: Vec3<T>,
-    offset: impl Fn(usize) -> Vec3<T>,
+    offsets: impl Offsets<T>,
     mut visit: impl FnMut(Vec3<T>, T),
 ) {
     let one = center.x.constant(1.0);
     let squared_distance = squared_length(center);
     let inverse_squared_distance = one / squared_distance;
     for range in light.loop_ranges() {
-        let mut start = offset(range.end - 1);
+        let mut start = offsets.get(range.end - 1);
         for i in range {
-            let end = offset(i);
+            let end = offsets.get(i);
             let cross = (start + center).cross(end - start);
             // start.end = D^2 + excess, both relative to the shading point.
             let excess = center.dot(start + end) + start.dot(end);

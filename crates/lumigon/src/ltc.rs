@@ -5,7 +5,7 @@
 //! of directions (`cosine_to_shading`), so its integral over a polygon is the cosine's over the
 //! polygon seen through M^-1 (`shading_to_cosine`): a form factor.
 
-use crate::clip::{Above, AboveZ, Compass, Edge, Horizon, Seen, height_range};
+use crate::clip::{Above, AboveZ, Compass, Edge, Horizon, Offsets, Seen, Shared, height_range};
 use crate::irradiance::unclipped;
 use crate::polygon::PolygonLight;
 use crate::real::{Mask, Real};
@@ -118,7 +118,7 @@ impl<T: Real> PreparedLtc<T> {
         // Scaled so that no offset of length 1 becomes longer (Frobenius norm).
         let squared_norm = rows[0].dot(rows[0]) + rows[1].dot(rows[1]) + rows[2].dot(rows[2]);
         let scale = m11.constant(1.0) / squared_norm.sqrt();
-        let rows = rows.map(|row| row * scale);
+        let rows = [rows[0] * scale, rows[1] * scale, rows[2] * scale];
         let (zero, one) = (m11.constant(0.0), m11.constant(1.0));
         // The two planes rise against each other in opposite half circles. Where they coincide
         // (m31 = 0) any pair of opposite ones is right, but it must be a pair: both from one sign.
@@ -157,6 +157,20 @@ impl<T: Real> PreparedLtc<T> {
     }
 }
 
+/// Vertices in cosine space.
+#[derive(Clone, Copy)]
+struct Transformed<'a, O, T> {
+    offsets: O,
+    lobe: &'a PreparedLtc<T>,
+}
+
+impl<O: Offsets<T>, T: Real> Offsets<T> for Transformed<'_, O, T> {
+    #[inline(always)]
+    fn get(self, i: usize) -> Vec3<T> {
+        self.lobe.transform(self.offsets.get(i))
+    }
+}
+
 /// Integral over the light of the normalised lobe, clipped both where the lobe ends and at the
 /// surface's horizon. In \[0, 1\].
 ///
@@ -175,15 +189,18 @@ pub fn ltc_form_factor<T: Real>(
         return zero;
     }
     let center = lobe.transform(seen.center);
-    let world_offset = |i: usize| Vec3::broadcast(point.x, light.offsets[i]);
-    let offset = |i: usize| lobe.transform(world_offset(i));
+    let world_offsets = Shared::new(light, point.x);
+    let offsets = Transformed {
+        offsets: world_offsets,
+        lobe,
+    };
 
     let mut whole = height.ge(one) & center.z.ge(one);
     let mut lit = visible;
     if !whole.all() {
-        let (least, greatest) = height_range(light, seen.center, world_offset, Above(lobe.normal));
+        let (least, greatest) = height_range(light, seen.center, world_offsets, Above(lobe.normal));
         let (lobe_least, lobe_greatest) =
-            height_range(light, seen.center, world_offset, Above(lobe.rows[2]));
+            height_range(light, seen.center, world_offsets, Above(lobe.rows[2]));
         whole = least.ge(zero) & lobe_least.ge(zero);
         lit = lit & greatest.gt(zero) & lobe_greatest.gt(zero);
         if !lit.any() {
@@ -194,11 +211,11 @@ pub fn ltc_form_factor<T: Real>(
     if (whole & lit).any() {
         let doubled_area = lobe.cofactors[2].dot(Vec3::broadcast(point.x, light.normal))
             * point.x.broadcast(light.doubled_area);
-        sum = unclipped(light, center, offset, AboveZ, doubled_area);
+        sum = unclipped(light, center, offsets, AboveZ, doubled_area);
     }
     if (lit & !whole).any() {
         let away = lobe.transform_normal(seen.away).normalize_or_zero();
-        let clipped = clipped_by_both(light, &seen, lobe, center, offset, away);
+        let clipped = clipped_by_both(light, &seen, lobe, center, offsets, away);
         sum = T::select(whole, sum, clipped);
     }
     let half_over_pi = point.x.constant(0.5 * core::f64::consts::FRAC_1_PI);
@@ -218,23 +235,24 @@ fn clipped_by_both<T: Real>(
     seen: &Seen<T>,
     lobe: &PreparedLtc<T>,
     center: Vec3<T>,
-    offset: impl Fn(usize) -> Vec3<T>,
+    offsets: impl Offsets<T>,
     away: Vec3<T>,
 ) -> T {
     let (zero, one) = (center.x.constant(0.0), center.x.constant(1.0));
     let lobe_chain = Chain::new(AboveZ, lobe.horizon_rise, away);
     let horizon_chain = Chain::new(Above(lobe.horizon), lobe.lobe_rise, away);
+    let world_offsets = Shared::new(light, center.x);
+    let center_height = lobe.normal.dot(seen.center);
     let mut sum = zero;
     for range in light.loop_ranges() {
-        let world = |i: usize| Vec3::broadcast(center.x, light.offsets[i]) + seen.center;
-        let mut start_offset = offset(range.end - 1);
+        let mut start_offset = offsets.get(range.end - 1);
         let mut start = start_offset + center;
         // Heights over the surface need no transform and share the diffuse term's rounding.
-        let mut start_height = lobe.normal.dot(world(range.end - 1));
+        let mut start_height = lobe.normal.dot(world_offsets.get(range.end - 1)) + center_height;
         for i in range {
-            let end_offset = offset(i);
+            let end_offset = offsets.get(i);
             let end = end_offset + center;
-            let end_height = lobe.normal.dot(world(i));
+            let end_height = lobe.normal.dot(world_offsets.get(i)) + center_height;
             let along = end_offset - start_offset;
             let by_lobe = Cut::new(start.z, end.z);
             let by_horizon = Cut::new(start_height, end_height);

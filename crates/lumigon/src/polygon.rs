@@ -126,7 +126,7 @@ impl PolygonLight<f64> {
         let extent = vertices.iter().fold(0.0_f64, |m, v| {
             m.max(v.x.abs()).max(v.y.abs()).max(v.z.abs())
         });
-        if !(extent > 0.0) {
+        if extent <= 0.0 {
             return Err(PolygonError::NoArea);
         }
         if !(1e-100..=1e100).contains(&extent) {
@@ -139,7 +139,7 @@ impl PolygonLight<f64> {
             .fold(Vec3::default(), |sum, q| sum + q);
         let doubled_area = doubled.length();
         // A sliver 1e-12 as wide as it is long still has a plane; rounding alone reaches 1e-16.
-        if !(doubled_area > 1e-14) {
+        if doubled_area <= 1e-14 {
             return Err(PolygonError::NoArea);
         }
         let normal = doubled * (1.0 / doubled_area);

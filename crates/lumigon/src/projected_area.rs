@@ -4,7 +4,7 @@
 //! area in a perspective projection from the shading point stands for the integral. The missing
 //! cosine at the receiver, not the basis, is most of its error.
 
-use crate::clip::{Above, Seen, for_each_edge_above};
+use crate::clip::{Above, Offsets, Seen, Shared, for_each_edge_above};
 use crate::irradiance::light_vector;
 use crate::polygon::PolygonLight;
 use crate::real::{Mask, Real};
@@ -155,7 +155,6 @@ fn area_above<T: Real>(
 ) -> T {
     let like = axis.x;
     let nearest = like.constant(NEAREST);
-    let depth = |v: Vec3<T>| axis.dot(v).max(nearest);
     let mut sum = like.constant(0.0);
     let mut chain = sum;
     // The plane through the biased centre and the line where light and horizon meet.
@@ -166,15 +165,19 @@ fn area_above<T: Real>(
     for_each_edge_above(
         light,
         seen.center,
-        |i| Vec3::broadcast(like, light.offsets[i]),
+        Shared::new(light, like),
         Above(normal),
+        #[inline(always)]
         |edge| {
             let cross = edge.cross + bias.cross(edge.end - edge.start) * edge.kept;
-            sum += axis.dot(cross) / (depth(edge.start + bias) * depth(edge.end + bias));
+            sum += axis.dot(cross)
+                / (axis.dot(edge.start + bias).max(nearest)
+                    * axis.dot(edge.end + bias).max(nearest));
         },
+        #[inline(always)]
         |crossing, sign| {
             let crossing = crossing + bias;
-            chain += sign * line * along.dot(crossing) / depth(crossing);
+            chain += sign * line * along.dot(crossing) / axis.dot(crossing).max(nearest);
         },
     );
     (sum + chain) * like.constant(0.5)
@@ -297,6 +300,21 @@ fn in_front<T: Real>(light: &PolygonLight<T::Scalar>, center: Vec3<T>, axis: Vec
     least.gt(depth.constant(0.0))
 }
 
+/// A vertex's projection on the plane at unit distance along `axis`, along two more axes.
+#[inline(always)]
+fn project<T: Real>(
+    light: &PolygonLight<T::Scalar>,
+    seen: &Seen<T>,
+    axis: Vec3<T>,
+    [x, y]: [Vec3<T>; 2],
+    i: usize,
+) -> (T, T) {
+    let like = axis.x;
+    let v = Shared::new(light, like).get(i) + seen.center;
+    let inverse = like.constant(1.0) / axis.dot(v).max(like.constant(1e-6));
+    (x.dot(v) * inverse, y.dot(v) * inverse)
+}
+
 /// Area and moments of the light's cross-section at unit distance along an axis.
 #[derive(Clone, Copy)]
 struct Section<T> {
@@ -314,20 +332,14 @@ impl<T: Real> Section<T> {
     #[inline(always)]
     fn new(light: &PolygonLight<T::Scalar>, seen: &Seen<T>, axis: Vec3<T>) -> Self {
         let like = axis.x;
-        let nearest = like.constant(1e-6);
         let (x, y) = axis.orthonormal_basis();
-        let project = |i: usize| {
-            let v = Vec3::broadcast(like, light.offsets[i]) + seen.center;
-            let inverse = like.constant(1.0) / axis.dot(v).max(nearest);
-            (x.dot(v) * inverse, y.dot(v) * inverse)
-        };
         let zero = like.constant(0.0);
         let (mut area, mut cx, mut cy) = (zero, zero, zero);
         let (mut xx, mut xy, mut yy) = (zero, zero, zero);
         for range in light.loop_ranges() {
-            let (mut x0, mut y0) = project(range.end - 1);
+            let (mut x0, mut y0) = project(light, seen, axis, [x, y], range.end - 1);
             for i in range {
-                let (x1, y1) = project(i);
+                let (x1, y1) = project(light, seen, axis, [x, y], i);
                 let cross = x0 * y1 - y0 * x1;
                 area += cross;
                 cx = cross.mul_add(x0 + x1, cx);

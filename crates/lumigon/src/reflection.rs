@@ -46,20 +46,23 @@ pub fn reflected_inclusion<T: Real>(
     T::select(meets & contains(light, x, y, rule), one, zero)
 }
 
+/// A vertex in radii along the plane's axes.
+#[inline(always)]
+fn plane_vertex<T: Real>(light: &PolygonLight<T::Scalar>, like: T, i: usize) -> (T, T) {
+    let [x, y] = light.plane_offsets[i];
+    (like.broadcast(x), like.broadcast(y))
+}
+
 /// Whether the plane's point (x, y), in radii along the plane's axes, is in the light.
 #[inline(always)]
 fn contains<T: Real>(light: &PolygonLight<T::Scalar>, x: T, y: T, rule: InclusionRule) -> T::Mask {
     let (zero, one) = (x.constant(0.0), x.constant(1.0));
     let mut odd = one.lt(zero);
     let mut winding = zero;
-    let vertex = |i: usize| {
-        let [vx, vy] = light.plane_offsets[i];
-        (x.broadcast(vx), x.broadcast(vy))
-    };
     for range in light.loop_ranges() {
-        let (mut x0, mut y0) = vertex(range.end - 1);
+        let (mut x0, mut y0) = plane_vertex(light, x, range.end - 1);
         for i in range {
-            let (x1, y1) = vertex(i);
+            let (x1, y1) = plane_vertex(light, x, i);
             let up = y0.le(y) & y1.gt(y);
             let down = y1.le(y) & y0.gt(y);
             // Twice the signed area of (start, end, point): positive to the left of the edge.

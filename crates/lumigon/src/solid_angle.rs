@@ -1,6 +1,6 @@
 //! Solid angle of a polygon light, exact.
 
-use crate::clip::{Above, Compass, Seen, for_each_edge_above};
+use crate::clip::{Above, Compass, Offsets, Seen, Shared, for_each_edge_above};
 use crate::polygon::PolygonLight;
 use crate::real::Real;
 use crate::vec3::Vec3;
@@ -18,11 +18,11 @@ pub fn solid_angle<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>) -> 
     let like = point.x;
     let mut fan = Fan::new(seen.center);
     let plane = Vec3::broadcast(like, light.normal) * seen.plane_distance;
-    let offset = |i: usize| Vec3::broadcast(like, light.offsets[i]);
+    let offsets = Shared::new(light, like);
     for range in light.loop_ranges() {
-        let mut start = offset(range.end - 1);
+        let mut start = offsets.get(range.end - 1);
         for i in range {
-            let end = offset(i);
+            let end = offsets.get(i);
             // In the light's plane the triple product is the plane's distance times the area:
             // nothing cancels, however far the light.
             fan.add(
@@ -49,7 +49,7 @@ pub fn solid_angle_above<T: Real>(
 ) -> T {
     let seen = Seen::new(light, point);
     let like = point.x;
-    let offset = |i: usize| Vec3::broadcast(like, light.offsets[i]);
+    let offsets = Shared::new(light, like);
     // An apex on the horizon makes every triangle along the horizon flat: those add nothing. For
     // a light plane that is parallel to the horizon there is no azimuth, and no crossing either.
     let north = Compass::new(Above(normal), seen.away).north();
@@ -58,8 +58,9 @@ pub fn solid_angle_above<T: Real>(
     for_each_edge_above(
         light,
         seen.center,
-        offset,
+        offsets,
         Above(normal),
+        #[inline(always)]
         |edge| {
             let volume = fan.apex.dot(edge.cross) * seen.orientation;
             fan.add(edge.start, edge.end, volume);

@@ -81,6 +81,11 @@ fn add<S: Simd>(sum: &mut [Lanes<S>; 3], radiance: [f32; 3], response: Lanes<S>)
 }
 
 #[inline(always)]
+fn scaled<S: Simd>([r, g, b]: [Lanes<S>; 3], factor: Lanes<S>) -> [Lanes<S>; 3] {
+    [r * factor, g * factor, b * factor]
+}
+
+#[inline(always)]
 fn store<S: Simd>(sum: [Lanes<S>; 3], to: &mut [Vec<f32>; 3], start: usize) {
     for (sum, to) in sum.into_iter().zip(to) {
         sum.store(&mut to[start..]);
@@ -95,16 +100,20 @@ fn diffuse_light<S: Simd>(
     method: DiffuseMethod,
     to: &mut ShadedLight,
 ) {
-    for_each_packet::<S>(hits, |start| {
-        let point = vectors(simd, &hits.position, start);
-        let normal = vectors(simd, &hits.normal, start);
-        let mut sum = [Lanes::splat(simd, 0.0); 3];
-        for light in lights {
-            let irradiance = method.irradiance(&light.polygon, point, normal);
-            add(&mut sum, light.radiance, irradiance);
-        }
-        store(sum, &mut to.irradiance, start);
-    });
+    for_each_packet::<S>(
+        hits,
+        #[inline(always)]
+        |start| {
+            let point = vectors(simd, &hits.position, start);
+            let normal = vectors(simd, &hits.normal, start);
+            let mut sum = [Lanes::splat(simd, 0.0); 3];
+            for light in lights {
+                let irradiance = method.irradiance(&light.polygon, point, normal);
+                add(&mut sum, light.radiance, irradiance);
+            }
+            store(sum, &mut to.irradiance, start);
+        },
+    );
 }
 
 #[inline(always)]
@@ -118,56 +127,66 @@ fn specular_light<S: Simd>(
     if method == SpecularMethod::None {
         return;
     }
-    for_each_packet::<S>(hits, |start| {
-        let point = vectors(simd, &hits.position, start);
-        let normal = vectors(simd, &hits.normal, start);
-        let view = vectors(simd, &hits.view, start);
-        let mut whole = [Lanes::splat(simd, 0.0); 3];
-        let mut schlick = whole;
-        match method {
-            SpecularMethod::None => {}
-            SpecularMethod::Ltc => {
-                let [m11, m13, m31, m33, amplitude, schlick_amplitude] =
-                    std::array::from_fn(|i| lanes(simd, &hits.ltc[i], start));
-                let lobe = Ltc {
-                    shading_to_cosine: [m11, m13, m31, m33],
-                    amplitude,
-                    schlick: schlick_amplitude,
-                };
-                let prepared = PreparedLtc::new(&lobe, normal, view);
-                let mut sum = whole;
-                for light in lights {
-                    let form_factor = ltc_form_factor(&light.polygon, point, &prepared);
-                    add(&mut sum, light.radiance, form_factor);
+    for_each_packet::<S>(
+        hits,
+        #[inline(always)]
+        |start| {
+            let point = vectors(simd, &hits.position, start);
+            let normal = vectors(simd, &hits.normal, start);
+            let view = vectors(simd, &hits.view, start);
+            let mut whole = [Lanes::splat(simd, 0.0); 3];
+            let mut schlick = whole;
+            match method {
+                SpecularMethod::None => {}
+                SpecularMethod::Ltc => {
+                    let number = &hits.ltc;
+                    let amplitude = lanes(simd, &number[4], start);
+                    let schlick_amplitude = lanes(simd, &number[5], start);
+                    let lobe = Ltc {
+                        shading_to_cosine: [
+                            lanes(simd, &number[0], start),
+                            lanes(simd, &number[1], start),
+                            lanes(simd, &number[2], start),
+                            lanes(simd, &number[3], start),
+                        ],
+                        amplitude,
+                        schlick: schlick_amplitude,
+                    };
+                    let prepared = PreparedLtc::new(&lobe, normal, view);
+                    let mut sum = whole;
+                    for light in lights {
+                        let form_factor = ltc_form_factor(&light.polygon, point, &prepared);
+                        add(&mut sum, light.radiance, form_factor);
+                    }
+                    whole = scaled(sum, amplitude);
+                    schlick = scaled(sum, schlick_amplitude);
                 }
-                whole = sum.map(|x| x * amplitude);
-                schlick = sum.map(|x| x * schlick_amplitude);
-            }
-            SpecularMethod::ReflectedInclusion(rule) => {
-                for light in lights {
-                    let inside = reflected_inclusion(&light.polygon, point, normal, view, rule);
-                    add(&mut whole, light.radiance, inside);
+                SpecularMethod::ReflectedInclusion(rule) => {
+                    for light in lights {
+                        let inside = reflected_inclusion(&light.polygon, point, normal, view, rule);
+                        add(&mut whole, light.radiance, inside);
+                    }
+                    let weight = schlick_weight(normal.dot(view));
+                    schlick = scaled(whole, weight);
                 }
-                let weight = schlick_weight(normal.dot(view));
-                schlick = whole.map(|x| x * weight);
-            }
-            SpecularMethod::LightVector => {
-                let alpha = lanes(simd, &hits.alpha, start);
-                for light in lights {
-                    let seen =
-                        light_direction(&light.polygon, point, normal, LocalOcclusion::Exact);
-                    let response =
-                        ggx_cosine(alpha, normal, view, seen.direction) * seen.solid_angle;
-                    add(&mut whole, light.radiance, response);
-                    let half = (view + seen.direction).normalize_or_zero();
-                    let weight = schlick_weight(half.dot(view));
-                    add(&mut schlick, light.radiance, response * weight);
+                SpecularMethod::LightVector => {
+                    let alpha = lanes(simd, &hits.alpha, start);
+                    for light in lights {
+                        let seen =
+                            light_direction(&light.polygon, point, normal, LocalOcclusion::Exact);
+                        let response =
+                            ggx_cosine(alpha, normal, view, seen.direction) * seen.solid_angle;
+                        add(&mut whole, light.radiance, response);
+                        let half = (view + seen.direction).normalize_or_zero();
+                        let weight = schlick_weight(half.dot(view));
+                        add(&mut schlick, light.radiance, response * weight);
+                    }
                 }
             }
-        }
-        store(whole, &mut to.specular, start);
-        store(schlick, &mut to.schlick, start);
-    });
+            store(whole, &mut to.specular, start);
+            store(schlick, &mut to.schlick, start);
+        },
+    );
 }
 
 /// (1 - cosine)^5, for a cosine in \[0, 1\].

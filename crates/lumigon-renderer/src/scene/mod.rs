@@ -26,7 +26,7 @@ pub use texture::{Filter, Sampler, Texture, Wrap};
 /// A scene in world space: right-handed, Y up, metres.
 ///
 /// Radiance is in W m⁻² sr⁻¹ or, as most glTF files mean it, in nits: nothing here depends on which.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// One mesh for each pair of node and primitive. All of its indices are in range.
     pub meshes: Vec<Mesh>,

@@ -56,6 +56,9 @@ pub(super) fn split(bytes: &[u8]) -> Result<Container<'_>, Fault> {
             "put the JSON chunk first",
         ));
     }
+    // Some exporters pad with zeros what glTF pads with spaces.
+    let padding = json.iter().rev().take_while(|&&c| c == 0).count();
+    let json = &json[..json.len() - padding];
     // Chunks of unknown types are to be ignored.
     let mut rest = rest;
     for index in 1_usize.. {

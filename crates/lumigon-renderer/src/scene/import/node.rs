@@ -13,7 +13,7 @@ use super::{
     source::Source,
     warning::Warnings,
 };
-use crate::scene::{Camera, Limits, Projection, Scene, emissive, error::Fault};
+use crate::scene::{Camera, Limits, Projection, Scene, emissive::Emitter, error::Fault};
 
 /// Draws the document's scene: its default one, else its first, else all nodes without a parent.
 pub(super) fn import<'a>(
@@ -110,7 +110,15 @@ pub(super) fn import<'a>(
                 let mut mesh = light.mesh;
                 mesh.material = materials.push(light.material);
                 let positions = light.positions;
-                add(&mut scene, &materials, Primitive { mesh, positions });
+                add(
+                    &mut scene,
+                    &materials,
+                    Primitive {
+                        mesh,
+                        positions,
+                        noise: 0.0,
+                    },
+                );
             }
         }
         let children = node.children.as_deref().unwrap_or_default();
@@ -141,15 +149,26 @@ struct Visit {
 
 /// Adds a mesh and, where it emits, its polygon lights.
 fn add(scene: &mut Scene, materials: &Materials, primitive: Primitive) {
-    let Primitive { mesh, positions } = primitive;
+    let Primitive {
+        mesh,
+        positions,
+        noise,
+    } = primitive;
     if mesh.triangles.is_empty() {
         return;
     }
     let material = &materials.materials[mesh.material];
     if material.is_emissive() {
         let index = scene.meshes.len();
-        let lights = emissive::polygons(&mesh, index, &positions, material, &materials.textures);
-        scene.polygon_lights.extend(lights);
+        let emitter = Emitter {
+            mesh: &mesh,
+            index,
+            positions: &positions,
+            noise,
+            material,
+            textures: &materials.textures,
+        };
+        scene.polygon_lights.extend(emitter.polygons());
     }
     scene.meshes.push(mesh);
 }

@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3, Vec4};
 use gltf::json::{
+    self,
     mesh::{Mode, Primitive as JsonPrimitive, Semantic},
     validation::Checked,
 };
@@ -16,6 +17,8 @@ use crate::scene::{Mesh, error::Fault};
 pub(super) struct Primitive {
     pub(super) mesh: Mesh,
     pub(super) positions: Vec<DVec3>,
+    /// How far rounding in the file may have moved a position, in metres.
+    pub(super) noise: f64,
 }
 
 /// All primitives of one mesh that draw triangles, placed by one node.
@@ -106,7 +109,7 @@ impl Local {
         }
         let accessor = |semantic: Semantic| {
             let attribute = primitive.attributes.get(&Checked::Valid(semantic));
-            attribute.map(|accessor| accessor.value())
+            attribute.map(json::Index::value)
         };
         let Some(position) = accessor(Semantic::Positions) else {
             context
@@ -190,6 +193,15 @@ impl Local {
             .iter()
             .map(|&p| world_from_local.transform_point3(DVec3::from(p.map(f64::from))))
             .collect();
+        // Half a unit in the last place of the largest coordinate, as large as the world makes it.
+        let matrix = &world_from_local.matrix3;
+        let scale = matrix.x_axis.length() + matrix.y_axis.length() + matrix.z_axis.length();
+        let largest = self
+            .positions
+            .as_flattened()
+            .iter()
+            .fold(0.0, |m: f32, x| m.max(x.abs()));
+        let noise = f64::from(largest) * f64::from(f32::EPSILON) * 0.5 * scale;
         let rounded: Vec<Vec3> = positions.iter().map(|p| p.as_vec3()).collect();
         if let Some(vertex) = rounded.iter().position(|p| !p.is_finite()) {
             return Err(Fault::new(
@@ -252,7 +264,11 @@ impl Local {
             colors: self.colors.iter().flatten().map(place_color).collect(),
             triangles,
         };
-        Ok(Primitive { mesh, positions })
+        Ok(Primitive {
+            mesh,
+            positions,
+            noise,
+        })
     }
 
     /// Gives every triangle vertices of its own, so that it can have a flat normal.
@@ -366,9 +382,7 @@ fn placed_normals(
     let cofactor = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y)) * sign;
     let place = |n: &[f32; 3]| {
         let normal = cofactor * DVec3::from(n.map(f64::from));
-        normal
-            .try_normalize()
-            .map_or(Vec3::ZERO, |normal| normal.as_vec3())
+        normal.normalize_or_zero().as_vec3()
     };
     let mut placed: Vec<Vec3> = normals.iter().map(place).collect();
     if placed.contains(&Vec3::ZERO) {

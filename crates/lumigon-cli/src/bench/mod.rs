@@ -1,0 +1,153 @@
+//! `lumigon bench`: what each method costs on this machine.
+
+mod counted;
+mod kernels;
+mod machine;
+mod peak;
+mod quads;
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use crate::Failure;
+use crate::interrupt::Interrupt;
+use kernels::{Placement, Workload, kernels};
+use machine::Machine;
+
+/// Measures what each method costs on this machine
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Kernels: nanoseconds a pixel and light, for lights of 3, 4 and 10 vertices, wholly above the
+surface's horizon and clipped by it; one lane at a time and on all SIMD lanes. Operations are
+counted, not estimated: a fused multiply-add, a division or a comparison is one. \"Of peak\" is
+counted operations over the fused multiply-adds that the same thread does in the same run.
+
+Quads: milliseconds a frame of 1440x900 pixels, all of them lit by 10 to 98 quads, one ray a pixel.
+
+Figures are medians. Close other programs; on a shared machine trust ratios alone.
+
+Examples:
+  lumigon bench
+  lumigon bench --only kernels --json bench.json")]
+pub struct Bench {
+    /// Measure only this part
+    #[arg(long, value_enum)]
+    only: Option<Part>,
+    /// Write the figures to this file too, as JSON
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Part {
+    /// One pixel, one light
+    Kernels,
+    /// Whole frames
+    Quads,
+}
+
+/// All figures.
+#[derive(Serialize)]
+struct Figures {
+    machine: Machine,
+    kernels: Vec<KernelFigures>,
+    quads: Vec<quads::QuadFigures>,
+}
+
+/// One kernel on one kind of light.
+#[derive(Serialize)]
+struct KernelFigures {
+    kernel: &'static str,
+    vertices: usize,
+    placement: &'static str,
+    operations: f64,
+    scalar_nanoseconds: f64,
+    simd_nanoseconds: f64,
+    all_threads_nanoseconds: f64,
+    speedup: f64,
+    fraction_of_peak: f64,
+    all_threads_fraction_of_peak: f64,
+}
+
+impl Bench {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        let interrupt = Interrupt::watch()?;
+        let machine = Machine::measure();
+        machine.print();
+        let mut figures = Figures {
+            machine,
+            kernels: Vec::new(),
+            quads: Vec::new(),
+        };
+        if self.only != Some(Part::Quads) {
+            figures.kernels = measure_kernels(&figures.machine, &interrupt)?;
+        }
+        if self.only != Some(Part::Kernels) {
+            figures.quads = quads::measure(&interrupt)?;
+        }
+        if let Some(path) = &self.json {
+            let text = serde_json::to_string_pretty(&figures)? + "\n";
+            std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))?;
+        }
+        Ok(())
+    }
+}
+
+fn measure_kernels(
+    machine: &Machine,
+    interrupt: &Interrupt,
+) -> Result<Vec<KernelFigures>, Failure> {
+    println!(
+        "\n{:26} {:>8} {:8} {:>10} {:>10} {:>8} {:>9} {:>8} {:>12} {:>8}",
+        "kernel",
+        "vertices",
+        "light",
+        "operations",
+        "scalar ns",
+        "SIMD ns",
+        "speed-up",
+        "of peak",
+        "all threads",
+        "of peak",
+    );
+    let mut figures = Vec::new();
+    for (name, kernel) in kernels() {
+        for vertices in [3, 4, 10] {
+            for (placement, placement_name) in
+                [(Placement::Above, "above"), (Placement::Clipped, "clipped")]
+            {
+                interrupt.check()?;
+                let workload = Workload::new(vertices, placement);
+                let operations = workload.operations(kernel);
+                let scalar = workload.time_scalar(kernel);
+                let simd = workload.time_simd(kernel);
+                let all_threads = workload.time_simd_on_all_threads(kernel);
+                let one = KernelFigures {
+                    kernel: name,
+                    vertices,
+                    placement: placement_name,
+                    operations,
+                    scalar_nanoseconds: scalar,
+                    simd_nanoseconds: simd,
+                    all_threads_nanoseconds: all_threads,
+                    speedup: scalar / simd,
+                    fraction_of_peak: operations / simd / machine.giga_fma_per_second,
+                    all_threads_fraction_of_peak: operations
+                        / all_threads
+                        / machine.all_threads_giga_fma_per_second,
+                };
+                println!(
+                    "{name:26} {vertices:>8} {placement_name:8} {operations:>10.0} {scalar:>10.1} \
+                     {simd:>8.2} {:>8.1}x {:>7.0}% {all_threads:>12.2} {:>7.0}%",
+                    one.speedup,
+                    one.fraction_of_peak * 100.0,
+                    one.all_threads_fraction_of_peak * 100.0,
+                );
+                figures.push(one);
+            }
+        }
+    }
+    Ok(figures)
+}

@@ -1,0 +1,56 @@
+//! The machine that was measured on.
+
+use std::fs;
+
+use serde::Serialize;
+
+/// What decides how long a method takes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(super) struct Machine {
+    /// The processor's model name; none where the system does not tell.
+    pub(super) cpu: Option<String>,
+    /// Threads that render.
+    pub(super) threads: usize,
+    /// The processor's architecture.
+    pub(super) architecture: &'static str,
+    /// The operating system.
+    pub(super) system: &'static str,
+}
+
+impl Machine {
+    /// This one.
+    pub(super) fn this() -> Self {
+        let cpu = fs::read_to_string("/proc/cpuinfo")
+            .ok()
+            .and_then(|text| model_name(&text));
+        Self {
+            cpu,
+            threads: rayon::current_num_threads(),
+            architecture: std::env::consts::ARCH,
+            system: std::env::consts::OS,
+        }
+    }
+}
+
+/// The first processor's model name.
+fn model_name(cpuinfo: &str) -> Option<String> {
+    let (_, name) = cpuinfo
+        .lines()
+        .filter_map(|line| line.split_once(':'))
+        .find(|(key, _)| key.trim() == "model name")?;
+    let name = name.trim();
+    (!name.is_empty()).then(|| name.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn model_name_is_the_first_processors() {
+        let text = "processor\t: 0\nmodel name\t: Lamp 9000 @ 1 GHz\nmodel name\t: Other\n";
+        assert_eq!(model_name(text).as_deref(), Some("Lamp 9000 @ 1 GHz"));
+        assert_eq!(model_name("model name\t:\n"), None);
+        assert_eq!(model_name(""), None);
+    }
+}

@@ -1,0 +1,121 @@
+//! Emissive faces to polygon lights.
+//!
+//! The triangles of one mesh are welded by position, split where a vertex of one lies on an edge of
+//! another, gathered into flat facets, and each facet is replaced by its outline.
+
+mod facet;
+mod junction;
+mod outline;
+mod texture_mean;
+mod weld;
+
+use glam::{DVec3, Vec3};
+use rayon::prelude::*;
+
+use super::{Material, Mesh, Texture};
+use texture_mean::TextureMean;
+
+/// A flat light: the outline of connected coplanar emissive triangles, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EmissivePolygon {
+    /// The name of the mesh.
+    pub name: String,
+    /// The outer loop, counter-clockwise seen from the emitting side, then the holes, clockwise.
+    /// All vertices lie in one plane. Loops are simple but may touch each other at vertices.
+    pub loops: Vec<Vec<[f64; 3]>>,
+    /// Linear RGB radiance; with an emissive texture, its mean over the polygon's area.
+    pub radiance: Vec3,
+    /// It emits from its back too.
+    pub two_sided: bool,
+    /// Index into [`super::Scene::meshes`] of the faces themselves.
+    pub mesh: usize,
+    /// Indices into [`Mesh::triangles`] of the faces themselves.
+    pub triangles: Vec<u32>,
+}
+
+impl EmissivePolygon {
+    /// The area vector: half the sum of the loops' cross products. Its direction is the side the
+    /// polygon emits to, its length the area, holes taken off.
+    #[must_use]
+    pub fn area_vector(&self) -> [f64; 3] {
+        let origin = self.loops.first().and_then(|outer| outer.first());
+        let origin = origin.map_or(DVec3::ZERO, |&p| DVec3::from(p));
+        let mut sum = DVec3::ZERO;
+        for vertices in &self.loops {
+            for (i, &a) in vertices.iter().enumerate() {
+                let b = vertices[(i + 1) % vertices.len()];
+                sum += (DVec3::from(a) - origin).cross(DVec3::from(b) - origin);
+            }
+        }
+        (sum * 0.5).to_array()
+    }
+
+    /// The area in square metres, holes taken off.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        DVec3::from(self.area_vector()).length()
+    }
+
+    /// The number of vertices of all loops.
+    #[must_use]
+    pub fn vertex_count(&self) -> usize {
+        self.loops.iter().map(Vec::len).sum()
+    }
+
+    /// The number of holes.
+    #[must_use]
+    pub fn hole_count(&self) -> usize {
+        self.loops.len().saturating_sub(1)
+    }
+}
+
+/// An emissive mesh before its positions were rounded to f32.
+pub(super) struct Emitter<'a> {
+    pub(super) mesh: &'a Mesh,
+    /// The mesh's index in the scene.
+    pub(super) index: usize,
+    /// World-space positions, one for each of the mesh's.
+    pub(super) positions: &'a [DVec3],
+    /// How far rounding in the file may have moved a position, in metres.
+    pub(super) noise: f64,
+    pub(super) material: &'a Material,
+    pub(super) textures: &'a [Texture],
+}
+
+impl Emitter<'_> {
+    /// The polygons that stand for the mesh's faces, largest facet first.
+    ///
+    /// Facets whose emissive texture is black are left out, as are triangles narrower than the
+    /// noise. Triangles with the same three corners count once.
+    pub(super) fn polygons(&self) -> Vec<EmissivePolygon> {
+        let welded = weld::weld(self.positions, &self.mesh.triangles, self.noise);
+        let edges = junction::edges(&welded);
+        let facets = facet::facets(&welded, &edges, self.noise);
+        let boundaries = outline::boundaries(&edges, &facets, welded.triangles.len());
+        let mean = TextureMean::new(self);
+        let of_facet = |(facet, boundary): (&facet::Facet, &Vec<(u32, u32)>)| {
+            let sources = |triangles: &[u32]| -> Vec<u32> {
+                triangles.iter().flat_map(|&t| welded.sources(t)).collect()
+            };
+            let radiance = mean.radiance(&sources(&facet.triangles));
+            if radiance.max_element() <= 0.0 {
+                return Vec::new();
+            }
+            let outlines = outline::outlines(&welded, boundary, facet, self.noise);
+            let polygon = |outline: outline::Outline| EmissivePolygon {
+                name: self.mesh.name.clone(),
+                loops: outline.loops,
+                radiance,
+                two_sided: self.material.double_sided,
+                mesh: self.index,
+                triangles: sources(&outline.triangles),
+            };
+            outlines.into_iter().map(polygon).collect::<Vec<_>>()
+        };
+        let pairs = facets.par_iter().zip(&boundaries);
+        pairs.flat_map_iter(of_facet).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests;
