@@ -105,8 +105,8 @@ struct Reference {
     #[arg(long, value_name = "N", requires = "reference",
         value_parser = clap::value_parser!(u32).range(1..))]
     bounces: Option<u32>,
-    /// Let light through surfaces, as the closed forms do
-    #[arg(long, requires = "reference")]
+    /// Let light through surfaces, as the closed forms always do
+    #[arg(long)]
     no_shadows: bool,
     /// Seed of the random numbers: equal seeds give equal pictures [default: 0]
     #[arg(long, value_name = "S", requires = "reference")]
