@@ -237,7 +237,7 @@ fn ctrl_c_leaves_nothing() {
     let render = ["render", &gallery, "-o", picture.to_str().unwrap()];
     let render = [
         render.as_slice(),
-        &["--size", "8000x8000", "--samples", "1000"],
+        &["--size", "8000x8000", "--samples", "16"],
     ]
     .concat();
     let reference = [render.as_slice(), &["--reference", "--spp", "100000"]].concat();
