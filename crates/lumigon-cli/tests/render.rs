@@ -147,7 +147,6 @@ fn contradictions_are_refused_before_anything_is_read() {
         ("-o {out}/a.png --spp 4", "--reference"),
         ("-o {out}/a.png --bounces 4", "--reference"),
         ("-o {out}/a.png --seed 4", "--reference"),
-        ("-o {out}/a.png --no-shadows", "--reference"),
         ("-o {out}/a.png --reference --specular ltc", "--reference"),
         ("-o {out}/a.png --inclusion winding-number", "--specular"),
         (
