@@ -156,7 +156,10 @@ impl Render {
         }
         let camera = choose_camera(&scene, &self.scene, self.camera.as_deref())?;
         interrupt.watch();
-        let renderer = CpuRenderer::new(&scene)?;
+        let renderer = CpuRenderer::new(&scene);
+        for warning in renderer.warnings() {
+            eprintln!("warning: {}: {warning}", self.scene.display());
+        }
         let radiance = {
             let progress = Progress::new("rendering");
             let watch = Watch {
