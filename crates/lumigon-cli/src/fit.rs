@@ -1,6 +1,6 @@
 //! `lumigon fit`: tables of linearly transformed cosines.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::{Args, Subcommand, ValueEnum};
@@ -110,16 +110,23 @@ impl Ggx {
         interrupt.check()?;
         let manifest = table.write(&self.output, &self.command())?;
         println!(
-            "{}: {} x {} texels in {:.1} s, RMSE {:.4} (Schlick-weighted {:.4}), furnace {:.3} to {:.3}",
-            Path::new(&self.output).join(&manifest.file).display(),
+            "{}: {} x {} texels in {:.1} s",
+            self.output.join(&manifest.file).display(),
             self.size,
             self.size,
             start.elapsed().as_secs_f64(),
-            manifest.errors.rmse,
-            manifest.errors.schlick_rmse,
-            manifest.errors.furnace[0],
-            manifest.errors.furnace[1],
         );
+        for errors in &manifest.errors {
+            println!(
+                "perceptual roughness {} to {}: RMSE {:.4} (Schlick-weighted {:.4}), furnace {:.3} to {:.3}",
+                errors.perceptual_roughness[0],
+                errors.perceptual_roughness[1],
+                errors.rmse,
+                errors.schlick_rmse,
+                errors.furnace[0],
+                errors.furnace[1],
+            );
+        }
         Ok(())
     }
 }

@@ -105,8 +105,8 @@ struct Reference {
     #[arg(long, value_name = "N", requires = "reference",
         value_parser = clap::value_parser!(u32).range(1..))]
     bounces: Option<u32>,
-    /// Let light through surfaces, as the closed forms do
-    #[arg(long, requires = "reference")]
+    /// Let light through surfaces, as the closed forms always do
+    #[arg(long)]
     no_shadows: bool,
     /// Seed of the random numbers: equal seeds give equal pictures [default: 0]
     #[arg(long, value_name = "S", requires = "reference")]
@@ -156,7 +156,10 @@ impl Render {
         }
         let camera = choose_camera(&scene, &self.scene, self.camera.as_deref())?;
         interrupt.watch();
-        let renderer = CpuRenderer::new(&scene)?;
+        let renderer = CpuRenderer::new(&scene);
+        for warning in renderer.warnings() {
+            eprintln!("warning: {}: {warning}", self.scene.display());
+        }
         let radiance = {
             let progress = Progress::new("rendering");
             let watch = Watch {

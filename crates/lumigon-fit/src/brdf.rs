@@ -24,7 +24,7 @@ pub trait Brdf: Send + Sync {
     fn sample(&self, view: DVec3, u: [f64; 2]) -> Option<LightSample>;
 }
 
-/// Schlick's `(1 - h.v)^5` with the half vector of two unit directions, in [0,1].
+/// Schlick's `(1 - h.v)^5` with the half vector of two unit directions, in `[0,1]`.
 pub(crate) fn schlick_factor(view: DVec3, light: DVec3) -> f64 {
     let half = (view + light).normalize_or(view);
     (1.0 - half.dot(view)).clamp(0.0, 1.0).powi(5)

@@ -5,9 +5,16 @@ use crate::{ltc::Ltc, node::Node};
 /// The five numbers that a fit moves, chosen so that each is of order one at every node, varies
 /// slowly over the table, and every value is a valid lobe (the determinant cannot change sign).
 ///
-/// `M = rotation_y(phi) [[sx, 0, sx k], [0, sy, 0], [0, 0, 1]]` (Heitz et al. 2016, section 3.1) with
-/// `[ln(sx / alpha), ln(sy / alpha), k, (phi - phi_mirror) / alpha, ln(amplitude)]`,
-/// where `phi_mirror` turns z into the mirrored view direction.
+/// `shading_to_cosine = [[cos p / sx, 0, -sin p / sx], [0, 1 / sy, 0],
+/// [sin p + t cos p, 0, cos p - t sin p]]`: p turns z into the lobe's peak, sx and sy are the
+/// peak's widths, and t tilts the cosine's plane against the peak. The coordinates are
+/// `[ln(sx / wx), ln(sy / wy), t / tan theta, (p - p_mirror) / alpha, ln(amplitude)]` with
+/// [`Node::widths`] wx and wy. In the limit of small alpha the first four are 0, 0, 1, 0 and
+/// exact: the cosine distribution around its peak *is* GGX's, `1 / (pi (1 + r^2)^2)`, and
+/// `t = tan theta` lays the cosine's plane on the surface.
+///
+/// The published factors (Heitz et al. 2016, section 3.1: a frame about the mean direction, two
+/// widths, one skew) span the same matrices, but there small alpha sends skew and frame to infinity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coordinates(pub [f64; Coordinates::COUNT]);
 
@@ -15,48 +22,54 @@ impl Coordinates {
     /// How many there are.
     pub const COUNT: usize = 5;
 
-    /// A lobe about the mirror direction, as wide as the microfacet distribution.
+    /// The limit of small alpha.
     pub fn mirror(node: &Node) -> Self {
-        Self([0.0, 0.0, 0.0, 0.0, node.albedo.ln()])
+        Self([0.0, 0.0, 1.0, 0.0, node.albedo.ln()])
     }
 
     /// The lobe at these coordinates of the node, its Schlick amplitude still 0.
     pub fn to_ltc(self, node: &Node) -> Ltc {
-        let [ln_x, ln_y, k, turn, ln_amplitude] = self.0;
+        let [ln_x, ln_y, tilt, turn, ln_amplitude] = self.0;
+        let [wx, wy] = node.widths();
         // Wide enough never to bind, tight enough that no step overflows.
-        let sx = node.alpha * ln_x.clamp(-8.0, 8.0).exp();
-        let sy = node.alpha * ln_y.clamp(-8.0, 8.0).exp();
+        let sx = wx * ln_x.clamp(-8.0, 8.0).exp();
+        let sy = wy * ln_y.clamp(-8.0, 8.0).exp();
         let (sin, cos) = (node.alpha * turn - node.theta).sin_cos();
-        // M^-1 sy = diag(sy/sx, 1, sy) [[1, 0, -sx k], [0, 1, 0], [0, 0, 1]] rotation^T.
+        let t = tilt * node.theta.tan();
         let ratio = sy / sx;
         Ltc {
             matrix: [
-                ratio * cos - sy * k * sin,
-                -ratio * sin - sy * k * cos,
-                sy * sin,
-                sy * cos,
+                ratio * cos,
+                -ratio * sin,
+                sy * (sin + t * cos),
+                sy * (cos - t * sin),
             ],
             amplitude: ln_amplitude.clamp(-40.0, 5.0).exp(),
             schlick: 0.0,
         }
     }
 
-    /// Inverse of [`Coordinates::to_ltc`] for an invertible matrix and a positive amplitude.
+    /// The coordinates at `-theta`, which is the same lobe seen from the other side.
+    pub(crate) fn mirrored(mut self) -> Self {
+        self.0[3] = -self.0[3];
+        self
+    }
+
+    /// Inverse of [`Coordinates::to_ltc`] for a matrix of positive determinant and a positive
+    /// amplitude. At `theta = 0` the tilt has no effect and is 1.
     pub fn from_ltc(ltc: &Ltc, node: &Node) -> Self {
         let [a, b, c, d] = ltc.matrix;
-        let sy = c.hypot(d);
-        let (sin, cos) = (c / sy, d / sy);
-        let ratio = a * cos - b * sin;
-        let k = -(a * sin + b * cos) / sy;
-        let mut turn = sin.atan2(cos) + node.theta;
-        if turn > std::f64::consts::PI {
-            turn -= std::f64::consts::TAU;
-        }
+        let [wx, wy] = node.widths();
+        let ratio = a.hypot(b);
+        let (sin, cos) = (-b / ratio, a / ratio);
+        let sy = d * cos + c * sin;
+        let t = (c * cos - d * sin) / sy;
+        let tan = node.theta.tan();
         Self([
-            (sy / ratio / node.alpha).ln(),
-            (sy / node.alpha).ln(),
-            k,
-            turn / node.alpha,
+            (sy / ratio / wx).ln(),
+            (sy / wy).ln(),
+            if tan > 0.0 { t / tan } else { 1.0 },
+            (sin.atan2(cos) + node.theta) / node.alpha,
             ltc.amplitude.ln(),
         ])
     }
@@ -78,19 +91,19 @@ impl Parametrisation {
     pub fn free(self) -> &'static [usize] {
         match self {
             Self::Free => &[0, 1, 2, 3, 4],
-            Self::MeanDirection => &[0, 1, 2],
+            Self::MeanDirection => &[0, 1, 3],
         }
     }
 
-    /// Sets the coordinates that do not move to what the node demands.
+    /// Sets the coordinates that do not move to what the node and the others demand.
     pub fn constrain(self, coordinates: &mut Coordinates, node: &Node) {
         if self == Self::MeanDirection {
             let mean = node.mean_direction;
-            let mut turn = mean.x.atan2(mean.z) + node.theta;
-            if turn.abs() < 1e-12 {
-                turn = 0.0;
-            }
-            coordinates.0[3] = turn / node.alpha;
+            let peak = node.alpha * coordinates.0[3] - node.theta;
+            // The cosine's axis, (sin p + t cos p, 0, cos p - t sin p), is the mean direction.
+            let t = (mean.x.atan2(mean.z) - peak).clamp(-1.5, 1.5).tan();
+            let tan = node.theta.tan();
+            coordinates.0[2] = if tan > 0.0 { t / tan } else { 1.0 };
             coordinates.0[4] = node.albedo.ln();
         }
     }
@@ -104,7 +117,7 @@ mod tests {
     #[test]
     fn round_trip() {
         let (node, _) = Node::new(BrdfKind::Ggx, 0.5, 0.4, 500);
-        let coordinates = Coordinates([0.3, -0.2, 0.7, 1.4, -0.1]);
+        let coordinates = Coordinates([0.3, -0.2, 0.7, 0.4, -0.1]);
         let back = Coordinates::from_ltc(&coordinates.to_ltc(&node), &node);
         for (a, b) in coordinates.0.iter().zip(back.0) {
             assert!((a - b).abs() < 1e-12, "{coordinates:?} {back:?}");

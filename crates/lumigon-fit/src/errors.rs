@@ -14,7 +14,9 @@ use crate::{
 /// What a table misses, measured on lights it wasn't fitted to, between its nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorReport {
-    /// Random nodes, perceptual roughness in [0.1, 1], view angle 0 to 88 degrees.
+    /// Range of the perceptual roughness.
+    pub perceptual_roughness: [f64; 2],
+    /// Random nodes in that range at view angles of 0 to 88 degrees.
     pub nodes: u32,
     /// Random lights a node.
     pub lights: u32,
@@ -26,24 +28,32 @@ pub struct ErrorReport {
     pub median_relative: f64,
     /// Smallest and largest albedo of the table in units of the true one (the white furnace).
     pub furnace: [f64; 2],
-    /// The same for the Schlick-weighted part.
-    pub schlick_furnace: [f64; 2],
+    /// The same with Schlick's Fresnel term of a dielectric, `f0 = 0.04`.
+    pub dielectric_furnace: [f64; 2],
 }
 
 impl Table {
-    /// Measures the table on random lights; `seed` should differ from the fit's.
-    pub fn errors(&self, seed: u64, nodes: u32, lights: u32) -> ErrorReport {
+    /// Measures the table on random lights at random places in a range of perceptual roughness;
+    /// `seed` should differ from the fit's.
+    pub fn errors(
+        &self,
+        perceptual_roughness: [f64; 2],
+        seed: u64,
+        nodes: u32,
+        lights: u32,
+    ) -> ErrorReport {
+        let [smoothest, roughest] = perceptual_roughness;
         struct Sample {
             pairs: Vec<[f64; 4]>,
             furnace: f64,
-            schlick_furnace: f64,
+            dielectric_furnace: f64,
         }
         let samples: Vec<Sample> = (0..nodes)
             .into_par_iter()
             .map(|i| {
                 let mut rng =
                     Pcg32::seed_from_u64(seed.wrapping_mul(0x1_0000_0001).wrapping_add(i.into()));
-                let perceptual_roughness = 0.1 + 0.9 * rng.random::<f64>();
+                let perceptual_roughness = smoothest + (roughest - smoothest) * rng.random::<f64>();
                 let cos_theta = (88.0 * rng.random::<f64>()).to_radians().cos();
                 let directions = self.settings().directions.max(20_000);
                 let (node, lobe) = Node::new(
@@ -56,8 +66,7 @@ impl Table {
                 let shading_to_cosine = ltc.shading_to_cosine();
                 let pairs = (0..lights)
                     .map(|_| {
-                        let quad =
-                            Quad::random(&mut rng, node.brdf.as_ref(), node.view, node.alpha);
+                        let quad = Quad::random(&mut rng, &node);
                         let [truth, schlick_truth] = lobe.response(&quad);
                         let above = Clipped::new(quad.vertices).clip(DVec3::Z);
                         let transformed = above.vertices().iter().map(|&v| shading_to_cosine * v);
@@ -74,7 +83,8 @@ impl Table {
                 Sample {
                     pairs,
                     furnace: ltc.amplitude * share / node.albedo,
-                    schlick_furnace: ltc.schlick * share / node.schlick_albedo,
+                    dielectric_furnace: ltc.specular(0.04) * share
+                        / (0.04 * node.albedo + 0.96 * node.schlick_albedo),
                 }
             })
             .collect();
@@ -96,13 +106,14 @@ impl Table {
                 })
         };
         ErrorReport {
+            perceptual_roughness,
             nodes,
             lights,
             rmse: rms(0),
             schlick_rmse: rms(2),
             median_relative: relative.get(relative.len() / 2).copied().unwrap_or(0.0),
             furnace: range(&|s| s.furnace),
-            schlick_furnace: range(&|s| s.schlick_furnace),
+            dielectric_furnace: range(&|s| s.dielectric_furnace),
         }
     }
 }

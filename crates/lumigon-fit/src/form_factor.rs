@@ -53,7 +53,7 @@ impl Clipped {
     }
 }
 
-/// Form factor in [0,1] of a convex polygon, counter-clockwise seen from the origin, for the
+/// Form factor in `[0,1]` of a convex polygon, counter-clockwise seen from the origin, for the
 /// clamped cosine about z; parts below the plane z = 0 do not count (Lambert's edge sum).
 /// Absolute error below 1e-12 for polygons wider than 1e-3.
 pub(crate) fn form_factor(polygon: &Clipped) -> f64 {

@@ -8,7 +8,7 @@ use crate::brdf::{Brdf, LightSample};
 /// "Understanding the masking-shadowing function", eq. 99), F = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
-    /// Width, in (0,1].
+    /// Width, in `(0,1]`.
     pub alpha: f64,
 }
 
@@ -81,7 +81,7 @@ mod tests {
         for (alpha, cos_theta) in [(0.3, 0.9_f64), (0.6, 0.4), (1.0, 0.05)] {
             let brdf = Ggx { alpha };
             let view = DVec3::new((1.0 - cos_theta * cos_theta).sqrt(), 0.0, cos_theta);
-            let n = 800;
+            let n = 500;
             let (mut albedo, mut first_moment) = (0.0, 0.0);
             for i in 0..n {
                 for j in 0..n {

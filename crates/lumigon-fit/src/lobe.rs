@@ -5,19 +5,27 @@ use crate::{
     polygon::Quad,
 };
 
+/// Directions a block: enough for any SIMD register of today.
+const LANES: usize = 8;
+
+/// A few weighted directions, one array a component, which the compiler turns into SIMD.
+#[derive(Clone, Copy, Debug, Default)]
+struct Block {
+    x: [f32; LANES],
+    y: [f32; LANES],
+    z: [f32; LANES],
+    weight: [f32; LANES],
+    schlick_weight: [f32; LANES],
+}
+
 /// A BRDF's lobe for one view direction as weighted directions: the truth of polygon integrals.
 ///
 /// The directions are the images of a Fibonacci lattice under the BRDF's own importance sampling,
 /// so that a polygon's response is a sum of weights and its error that of the lattice's
-/// discrepancy, about 3e-4 of the albedo at 10946 directions.
-/// Stored as structure of arrays in f32, which the inner loop needs to vectorise.
+/// discrepancy: rms 5e-4 of the albedo at 10946 directions, at most 2e-3.
 #[derive(Clone, Debug)]
 pub struct Lobe {
-    x: Vec<f32>,
-    y: Vec<f32>,
-    z: Vec<f32>,
-    weight: Vec<f32>,
-    schlick_weight: Vec<f32>,
+    blocks: Vec<Block>,
     albedo: f64,
     schlick_albedo: f64,
     mean_direction: DVec3,
@@ -27,17 +35,14 @@ impl Lobe {
     /// Samples the lobe at `count` lattice points; those below the horizon are dropped.
     pub fn new(brdf: &dyn Brdf, view: DVec3, count: u32) -> Self {
         let mut lobe = Self {
-            x: Vec::new(),
-            y: Vec::new(),
-            z: Vec::new(),
-            weight: Vec::new(),
-            schlick_weight: Vec::new(),
+            blocks: Vec::new(),
             albedo: 0.0,
             schlick_albedo: 0.0,
             mean_direction: DVec3::ZERO,
         };
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
         let scale = 1.0 / f64::from(count.max(1));
+        let mut lane = 0;
         for i in 0..count {
             let u = [
                 (f64::from(i) + 0.5) * scale,
@@ -51,11 +56,17 @@ impl Lobe {
             lobe.albedo += weight;
             lobe.schlick_albedo += schlick_weight;
             lobe.mean_direction += weight * sample.light;
-            lobe.x.push(sample.light.x as f32);
-            lobe.y.push(sample.light.y as f32);
-            lobe.z.push(sample.light.z as f32);
-            lobe.weight.push(weight as f32);
-            lobe.schlick_weight.push(schlick_weight as f32);
+            if lane == 0 {
+                lobe.blocks.push(Block::default());
+            }
+            if let Some(block) = lobe.blocks.last_mut() {
+                block.x[lane] = sample.light.x as f32;
+                block.y[lane] = sample.light.y as f32;
+                block.z[lane] = sample.light.z as f32;
+                block.weight[lane] = weight as f32;
+                block.schlick_weight[lane] = schlick_weight as f32;
+            }
+            lane = (lane + 1) % LANES;
         }
         // Isotropic: symmetric in y, up to the lattice.
         lobe.mean_direction.y = 0.0;
@@ -63,7 +74,7 @@ impl Lobe {
         lobe
     }
 
-    /// Directional albedo with F = 1, in [0,1].
+    /// Directional albedo with F = 1, in `[0,1]`.
     pub fn albedo(&self) -> f64 {
         self.albedo
     }
@@ -81,39 +92,82 @@ impl Lobe {
     /// Response to a light of radiance 1, and the same with Schlick's weight.
     pub(crate) fn response(&self, light: &Quad) -> [f64; 2] {
         let planes = light.edge_planes().map(DVec3::as_vec3);
-        let (mut sum, mut schlick_sum) = (0.0, 0.0);
-        // Short blocks: f32 accumulators stay accurate and the loop below vectorises.
-        const BLOCK: usize = 512;
-        for start in (0..self.x.len()).step_by(BLOCK) {
-            let block = start..(start + BLOCK).min(self.x.len());
-            let (xs, ys, zs) = (
-                &self.x[block.clone()],
-                &self.y[block.clone()],
-                &self.z[block.clone()],
-            );
-            let (ws, ss) = (&self.weight[block.clone()], &self.schlick_weight[block]);
-            let (mut lanes, mut schlick_lanes) = ([0.0_f32; 8], [0.0_f32; 8]);
-            let mut add = |lane: usize, i: usize| {
-                let inside = planes
-                    .iter()
-                    .map(|p| p.x * xs[i] + p.y * ys[i] + p.z * zs[i])
-                    .fold(f32::INFINITY, |m, d| if d < m { d } else { m });
-                let keep = if inside > 0.0 { 1.0 } else { 0.0 };
-                lanes[lane] += keep * ws[i];
-                schlick_lanes[lane] += keep * ss[i];
-            };
-            let whole = xs.len() / 8 * 8;
-            for i in (0..whole).step_by(8) {
-                for lane in 0..8 {
-                    add(lane, i + lane);
+        let mut sums = [0.0_f64; 2];
+        // Short runs keep f32 sums accurate.
+        for run in self.blocks.chunks(64) {
+            let (mut sum, mut schlick_sum) = ([0.0_f32; LANES], [0.0_f32; LANES]);
+            for block in run {
+                for i in 0..LANES {
+                    let inside = planes
+                        .map(|p| p.x * block.x[i] + p.y * block.y[i] + p.z * block.z[i])
+                        .into_iter()
+                        .fold(f32::INFINITY, |least, d| if d < least { d } else { least });
+                    let keep = if inside > 0.0 { 1.0 } else { 0.0 };
+                    sum[i] += keep * block.weight[i];
+                    schlick_sum[i] += keep * block.schlick_weight[i];
                 }
             }
-            for i in whole..xs.len() {
-                add(i - whole, i);
-            }
-            sum += f64::from(lanes.iter().sum::<f32>());
-            schlick_sum += f64::from(schlick_lanes.iter().sum::<f32>());
+            sums[0] += f64::from(sum.iter().sum::<f32>());
+            sums[1] += f64::from(schlick_sum.iter().sum::<f32>());
         }
-        [sum, schlick_sum]
+        sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::SeedableRng;
+
+    use super::*;
+    use crate::{node::Node, settings::BrdfKind};
+
+    /// The documented error, against a lattice twenty times finer.
+    #[test]
+    fn response_is_accurate() {
+        for (perceptual_roughness, cos_theta) in [(0.05, 0.9), (0.4, 0.1), (1.0, 0.5)] {
+            let (node, coarse) = Node::new(BrdfKind::Ggx, perceptual_roughness, cos_theta, 10_946);
+            let fine = Lobe::new(node.brdf.as_ref(), node.view, 250_000);
+            let mut rng = rand_pcg::Pcg32::seed_from_u64(5);
+            let (mut sum, mut worst) = (0.0, 0.0_f64);
+            for _ in 0..40 {
+                let quad = Quad::random(&mut rng, &node);
+                let error = (coarse.response(&quad)[0] - fine.response(&quad)[0]) / node.albedo;
+                sum += error * error;
+                worst = worst.max(error.abs());
+            }
+            let rms = (sum / 40.0_f64).sqrt();
+            println!("{perceptual_roughness} {cos_theta}: rms {rms:.1e}, worst {worst:.1e}");
+            assert!(
+                rms < 6e-4 && worst < 2e-3,
+                "{perceptual_roughness} {cos_theta}: {rms} {worst}"
+            );
+        }
+    }
+
+    /// The whole upper hemisphere, as two lights, reflects the albedo.
+    #[test]
+    fn halves_make_the_whole() {
+        let (node, lobe) = Node::new(BrdfKind::Ggx, 0.6, 0.3, 5000);
+        let far = 1e6;
+        let half = |side: f64| {
+            let corners = [
+                DVec3::new(0.0, -far, 1.0),
+                DVec3::new(0.0, far, 1.0),
+                DVec3::new(side * far, far, 1.0),
+                DVec3::new(side * far, -far, 1.0),
+            ];
+            let mut vertices = corners;
+            if side < 0.0 {
+                vertices.reverse();
+            }
+            lobe.response(&Quad { vertices })
+        };
+        let (left, right) = (half(-1.0), half(1.0));
+        assert!((left[0] + right[0] - node.albedo).abs() < 1e-4);
+        assert!((left[1] + right[1] - node.schlick_albedo).abs() < 1e-4);
+        assert!(
+            left[0] > right[0],
+            "the light comes from the mirror direction, x < 0"
+        );
     }
 }

@@ -6,13 +6,12 @@ use glam::{DMat3, DVec3};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ltc {
     /// The entries of [`Ltc::shading_to_cosine`] that vary, in the table's order:
-    /// (row 1, column 1), (1, 3), (3, 1), (3, 3), all divided by the middle element (2, 2).
+    /// (row 1, column 1), `(1,3)`, `(3,1)`, `(3,3)`, all divided by the middle element `(2,2)`.
     pub matrix: [f64; 4],
     /// Response with F = 1 per unit of form factor.
     pub amplitude: f64,
-    /// Response weighted with Schlick's `(1 - h.v)^5` per unit of form factor.
-    /// Specular reflection is `(f0 * amplitude + (1 - f0) * schlick) * form_factor`
-    /// with the *difference* already taken: see [`Ltc::specular`].
+    /// Response weighted with Schlick's `(1 - h.v)^5`, per unit of form factor. Both together
+    /// make a Fresnel term: [`Ltc::specular`].
     pub schlick: f64,
 }
 
@@ -25,7 +24,7 @@ impl Ltc {
     }
 
     /// Reflectance of a material with Schlick's Fresnel term, per unit of form factor:
-    /// `f0 + (1 - f0) (1 - h.v)^5` integrated against the lobe, in [0,1].
+    /// `f0 + (1 - f0) (1 - h.v)^5` integrated against the lobe, in `[0,1]`.
     pub fn specular(&self, f0: f64) -> f64 {
         f0 * self.amplitude + (1.0 - f0) * self.schlick
     }
@@ -56,7 +55,7 @@ impl Ltc {
         inverse.normalize_or(DVec3::Z)
     }
 
-    /// Share of the distribution above the true horizon, in [0.5,1] for lobes that point upwards:
+    /// Share of the distribution above the true horizon, in `[0.5,1]` for lobes that point upwards:
     /// the cosine's form factor of the lune between both planes, `(1 + cos(angle)) / 2`.
     pub fn share_above_horizon(&self) -> f64 {
         let [a, _, c, _] = self.matrix;

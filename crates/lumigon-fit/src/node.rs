@@ -14,13 +14,13 @@ pub(crate) const MIN_COS_THETA: f64 = 0.001_745_328_365_898_309;
 pub struct Node {
     /// The BRDF.
     pub brdf: Arc<dyn Brdf>,
-    /// Its width, in [1e-4, 1].
+    /// Its width, in `[1e-4,1]`.
     pub alpha: f64,
     /// Angle between normal and view direction in radians, at most 89.9 degrees.
     pub theta: f64,
     /// Unit view direction `(sin theta, 0, cos theta)` in shading space.
     pub view: DVec3,
-    /// Directional albedo with F = 1, in (0,1].
+    /// Directional albedo with F = 1, in `(0,1]`.
     pub albedo: f64,
     /// Directional albedo weighted with Schlick's `(1 - h.v)^5`.
     pub schlick_albedo: f64,
@@ -29,7 +29,7 @@ pub struct Node {
 }
 
 impl Node {
-    /// The node at a perceptual roughness and cosine of the view angle, both in [0,1] and clamped
+    /// The node at a perceptual roughness and cosine of the view angle, both in `[0,1]` and clamped
     /// to `alpha >= 1e-4` and 89.9 degrees, and its lobe as `directions` weighted directions.
     pub fn new(
         kind: BrdfKind,
@@ -52,5 +52,13 @@ impl Node {
             mean_direction: lobe.mean_direction(),
         };
         (node, lobe)
+    }
+
+    /// About how wide the lobe is, in the plane of incidence and across, radians. A microfacet's
+    /// tilt turns the light twice as far; across, it does so by `2 v.h` only, which at grazing
+    /// views is of the order of alpha.
+    pub fn widths(&self) -> [f64; 2] {
+        let alpha = self.alpha;
+        [2.0 * alpha, 2.0 * alpha * self.view.z.hypot(alpha)]
     }
 }

@@ -39,7 +39,7 @@ pub enum ObjectiveKind {
 pub struct Settings {
     /// The BRDF.
     pub brdf: BrdfKind,
-    /// Texels a side, in [2, 512].
+    /// Texels a side, in `[2,512]`.
     pub size: u32,
     /// What is minimised.
     pub objective: ObjectiveKind,
@@ -47,10 +47,10 @@ pub struct Settings {
     pub parametrisation: Parametrisation,
     /// Seed of the training lights.
     pub seed: u64,
-    /// Directions that stand for a lobe, in [64, 2^20].
+    /// Directions that stand for a lobe, in `[64,2^20]`.
     pub directions: u32,
     /// Training lights a node ([`Integral`]), or directions from either distribution
-    /// ([`Density`]), in [8, 2^16].
+    /// ([`Density`]), in `[8,2^16]`.
     pub samples: u32,
     /// Whole-table sweeps after the first march, at most 64.
     pub sweeps: u32,
@@ -58,6 +58,8 @@ pub struct Settings {
     pub smoothing: f64,
     /// Weight of the white furnace among the residuals, >= 0 ([`Integral`]).
     pub furnace: f64,
+    /// Weight of the Schlick-weighted responses, >= 0 ([`Integral`]).
+    pub schlick: f64,
 }
 
 impl Default for Settings {
@@ -69,10 +71,11 @@ impl Default for Settings {
             parametrisation: Parametrisation::Free,
             seed: 1,
             directions: 10_946,
-            samples: 160,
+            samples: 320,
             sweeps: 2,
-            smoothing: 0.3,
+            smoothing: 0.03,
             furnace: 1.0,
+            schlick: 0.5,
         }
     }
 }
@@ -98,6 +101,7 @@ impl Settings {
                 samples: self.samples,
                 seed: self.seed,
                 furnace: self.furnace,
+                schlick: self.schlick,
             }),
         }
     }
@@ -115,7 +119,11 @@ impl Settings {
         in_range("directions", self.directions, 64, 1 << 20)?;
         in_range("samples", self.samples, 8, 1 << 16)?;
         in_range("sweeps", self.sweeps, 0, 64)?;
-        for (name, value) in [("smoothing", self.smoothing), ("furnace", self.furnace)] {
+        for (name, value) in [
+            ("smoothing", self.smoothing),
+            ("furnace", self.furnace),
+            ("schlick", self.schlick),
+        ] {
             if !(0.0..=1e6).contains(&value) {
                 return Err(format!("{name} is {value}; choose 0 to 1e6"));
             }

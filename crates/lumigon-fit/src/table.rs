@@ -9,7 +9,7 @@ pub(crate) const CHANNELS: usize = 8;
 ///
 /// - x, the fastest axis: perceptual roughness from 0 to 1 (`alpha` is its square, at least 1e-4).
 /// - y: `sqrt(1 - cos theta_view)` from 0 to 1 (the angle at most 89.9 degrees).
-/// - Texel centres lie on the ends: a coordinate u in [0,1] is texel position `u (size - 1)`;
+/// - Texel centres lie on the ends: a coordinate u in `[0,1]` is texel position `u (size - 1)`;
 ///   bilinear between.
 /// - A texel is 8 f32: the four of [`Ltc::matrix`], amplitude, Schlick amplitude, 0, 0.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,16 +48,17 @@ impl Table {
         from_channels(texel)
     }
 
-    /// Bilinear lookup; arguments outside [0,1] are clamped, NaN counts as 0.
+    /// Bilinear lookup; arguments outside `[0,1]` are clamped, NaN counts as 0.
     pub fn lookup(&self, perceptual_roughness: f64, cos_theta_view: f64) -> Ltc {
         let n = self.size();
+        let unit = |u: f64| if u.is_nan() { 0.0 } else { u.clamp(0.0, 1.0) };
         let position = |u: f64| {
-            let at = u.max(0.0).min(1.0) * (n - 1) as f64;
+            let at = u * (n - 1) as f64;
             let low = (at as usize).min(n - 2);
             (low, at - low as f64)
         };
-        let (column, fx) = position(perceptual_roughness);
-        let (row, fy) = position((1.0 - cos_theta_view.max(0.0).min(1.0)).sqrt());
+        let (column, fx) = position(unit(perceptual_roughness));
+        let (row, fy) = position((1.0 - unit(cos_theta_view)).sqrt());
         from_channels(std::array::from_fn(|i| {
             let at = |dx: usize, dy: usize| {
                 f64::from(self.texels[CHANNELS * ((row + dy) * n + column + dx) + i])

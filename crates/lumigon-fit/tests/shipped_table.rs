@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use lumigon_fit::{Ltc, Manifest, Table};
+use lumigon_fit::{Ltc, Manifest, Settings, Table, refit};
 use serde::Deserialize;
 
 fn repository(path: &str) -> PathBuf {
@@ -14,7 +14,7 @@ fn repository(path: &str) -> PathBuf {
 }
 
 fn manifest_path() -> PathBuf {
-    std::env::var_os("LUMIGON_TABLE").map_or_else(|| repository("tables/ggx-64.json"), Into::into)
+    repository("tables/ggx-64.json")
 }
 
 #[derive(Deserialize)]
@@ -109,10 +109,110 @@ fn rmse_on_cubature_truth() {
     assert!(rmse < 0.0205, "{rmse}");
 }
 
+/// `Table::read` checks length, hash and finiteness.
 #[test]
 fn manifest_matches() {
     let manifest = Manifest::read(&manifest_path()).unwrap();
     let table = Table::read(&manifest_path()).unwrap();
     assert_eq!(table.size(), 64);
     assert_eq!(&manifest.settings, table.settings());
+    assert_eq!(
+        manifest.settings,
+        Settings::default(),
+        "the shipped table is the default fit"
+    );
+}
+
+/// The fit still makes this table.
+#[test]
+fn texels_refit_to_themselves() {
+    let table = Table::read(&manifest_path()).unwrap();
+    let places = [(0, 0), (9, 20), (25, 55), (40, 33), (63, 5), (50, 62)];
+    for ((column, row), texel) in places.into_iter().zip(refit(&table, &places).unwrap()) {
+        let shipped = &table.texels()[8 * (row * 64 + column)..][..8];
+        for (i, (again, shipped)) in texel.iter().zip(shipped).enumerate() {
+            println!(
+                "({column}, {row})[{i}]: {again} {shipped} {:.1e}",
+                again - shipped
+            );
+        }
+        for (i, (again, shipped)) in texel.iter().zip(shipped).enumerate() {
+            assert!(
+                (again - shipped).abs() < 5e-4 + 1e-3 * shipped.abs(),
+                "({column}, {row})[{i}]: {again} now, {shipped} shipped"
+            );
+        }
+    }
+}
+
+/// Bilinear lookup supposes that the table is smooth: second differences along both axes. The last
+/// rows before 90 degrees bend most.
+#[test]
+fn smooth_between_texels() {
+    let table = Table::read(&manifest_path()).unwrap();
+    let at = |c: usize, r: usize, i: usize| f64::from(table.texels()[8 * (r * 64 + c) + i]);
+    let (mut worst, mut worst_inside) = (0.0_f64, 0.0_f64);
+    for i in 0..6 {
+        for r in 0..64 {
+            for c in 0..64 {
+                let here = at(c, r, i);
+                let mut bend = 0.0_f64;
+                if (1..63).contains(&c) {
+                    bend = bend.max((at(c - 1, r, i) - 2.0 * here + at(c + 1, r, i)).abs());
+                }
+                if (1..63).contains(&r) {
+                    bend = bend.max((at(c, r - 1, i) - 2.0 * here + at(c, r + 1, i)).abs());
+                }
+                worst = worst.max(bend);
+                if r < 58 {
+                    worst_inside = worst_inside.max(bend);
+                }
+            }
+        }
+    }
+    println!("second differences: {worst:.4}, below row 58 {worst_inside:.4}");
+    assert!(
+        worst < 0.08 && worst_inside < 0.02,
+        "{worst} {worst_inside}"
+    );
+}
+
+/// A white surface in a white furnace reflects what the BRDF itself does; a lookup is finite and
+/// positive anywhere.
+#[test]
+fn furnace_and_finiteness() {
+    let table = Table::read(&manifest_path()).unwrap();
+    let report = table.errors([0.1, 1.0], 99, 200, 8);
+    println!("{report:?}");
+    assert!(
+        report.furnace[0] > 0.98 && report.furnace[1] < 1.01,
+        "{:?}",
+        report.furnace
+    );
+    let dielectric = report.dielectric_furnace;
+    assert!(
+        dielectric[0] > 0.95 && dielectric[1] < 1.02,
+        "{dielectric:?}"
+    );
+    let mut whitest = 0.0_f64;
+    for i in 0..=1000 {
+        for j in 0..=100 {
+            let ltc = table.lookup(f64::from(i) / 1000.0, f64::from(j) / 100.0);
+            let determinant = ltc.shading_to_cosine().determinant();
+            assert!(determinant > 0.0, "{i} {j}: {ltc:?}");
+            // No energy is made, anywhere: amplitudes are at most 1, and so is the share.
+            let share = ltc.share_above_horizon();
+            let (white, schlick) = (ltc.amplitude * share, ltc.schlick * share);
+            whitest = whitest.max(white);
+            assert!(
+                white > 0.0 && white < 1.0 + 1e-6,
+                "{i} {j}: {white} {ltc:?}"
+            );
+            assert!(
+                (0.0..=white).contains(&schlick),
+                "{i} {j}: {schlick} {ltc:?}"
+            );
+        }
+    }
+    println!("largest albedo {whitest:.6}");
 }

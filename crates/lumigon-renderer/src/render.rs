@@ -149,14 +149,6 @@ pub enum RenderError {
         /// The greatest that works.
         greatest: u64,
     },
-    /// A light's outline is not a polygon that can be evaluated.
-    #[error("light \"{name}\": {fault}")]
-    Light {
-        /// The light's name in the scene.
-        name: String,
-        /// What is wrong with it.
-        fault: lumigon::PolygonError,
-    },
     /// [`Watch::cancelled`] was set.
     #[error("interrupted")]
     Cancelled,

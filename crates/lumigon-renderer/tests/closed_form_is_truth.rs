@@ -15,7 +15,7 @@ fn z_scores(scene: &str, seed: u64) -> (f64, f64, u32) {
         .first()
         .cloned()
         .unwrap_or_else(|| Camera::framing(&scene));
-    let renderer = CpuRenderer::new(&scene).unwrap();
+    let renderer = CpuRenderer::new(&scene);
     let settings = RenderSettings {
         width: 96,
         height: 60,

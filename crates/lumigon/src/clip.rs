@@ -1,7 +1,7 @@
 //! Edges of a light as a shading point sees them, clipped at its horizon without a vertex array.
 
 use crate::polygon::{PolygonLight, Sides};
-use crate::real::{Mask, Real};
+use crate::real::{Mask, Real, Scalar};
 use crate::vec3::Vec3;
 
 /// A light as one shading point sees it, in units of the light's radius.
@@ -38,7 +38,16 @@ impl<T: Real> Seen<T> {
             orientation,
             lit: match light.sides {
                 Sides::Front => front,
-                Sides::Both => front | distance.gt(zero),
+                // A point of the light's own faces is a rounding error to either side of its
+                // plane: on the wrong one the light would fill its whole hemisphere.
+                Sides::Both => {
+                    let reach = center.x.abs() + center.y.abs() + center.z.abs();
+                    let tolerance = reach.mul_add(
+                        like.constant(4.0 * T::Scalar::EPSILON),
+                        like.broadcast(light.plane_tolerance),
+                    );
+                    distance.abs().gt(tolerance)
+                }
             },
         }
     }

@@ -1,7 +1,34 @@
-//! Light from polygons.
+//! Light from polygons: exact, without noise.
 //!
-//! [`PolygonLight`] is any planar polygon, validated and prepared once; the functions evaluate
-//! what it does to a shading point, exactly and without noise.
+//! [`PolygonLight`] is any planar polygon (concave, with holes, one- or two-sided), validated and
+//! prepared once. The functions evaluate what it does to a shading point:
+//!
+//! | function | value, for radiance 1 |
+//! | --- | --- |
+//! | [`irradiance`], [`form_factor`] | irradiance of a surface, clipped at its horizon |
+//! | [`light_vector`], [`light_vector_above`] | vector irradiance, whole and clipped |
+//! | [`solid_angle`], [`solid_angle_above`] | solid angle, whole and clipped |
+//! | [`ltc_form_factor`] | a fitted lobe's integral over the light: specular light |
+//!
+//! and the approximations that stand beside them: [`projected_area`], [`light_direction`],
+//! [`reflected_inclusion`]. [`DiffuseMethod`] and [`SpecularMethod`] name them as data.
+//!
+//! # Conventions
+//!
+//! Radiance is in W m^-2 sr^-1 (or nits: nothing depends on it), lengths in any unit, angles in
+//! radians; frames are right-handed. Outer loops run counter-clockwise seen from the emitting
+//! side, holes clockwise. `alpha` is the width of GGX; `perceptual_roughness` is its square root.
+//! Normals and view vectors are unit vectors and point away from the surface; what is not finite
+//! among them may come back as NaN, never as a panic.
+//!
+//! # Number types
+//!
+//! Every function is generic over [`Real`]: f64, f32, or [`Lanes`] of f32, one shading point a
+//! lane. The light is shared by the lanes and stored in [`Real::Scalar`]. To use the lanes,
+//! dispatch once outside the loop with `fearless_simd::dispatch!`, and mark what touches them
+//! `#[inline(always)]`, or the processor's instructions are lost.
+//!
+//! Without the default feature `std` the crate needs `alloc` alone.
 
 #![cfg_attr(not(feature = "std"), no_std)]
 extern crate alloc;
@@ -36,3 +63,7 @@ pub use reflection::{InclusionRule, reflected_inclusion};
 pub use solid_angle::{solid_angle, solid_angle_above};
 pub use technique::{DiffuseMethod, SpecularMethod};
 pub use vec3::Vec3;
+
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -94,6 +94,8 @@ pub struct PolygonLight<S> {
     pub(crate) plane_axes: (Vec3<S>, Vec3<S>),
     /// `offsets` along `plane_axes`.
     pub(crate) plane_offsets: Vec<[S; 2]>,
+    /// In radii: points no farther from the plane may lie in it, but for rounding of positions.
+    pub(crate) plane_tolerance: S,
     pub(crate) sides: Sides,
 }
 
@@ -178,8 +180,9 @@ impl PolygonLight<f64> {
             .iter()
             .map(|&v| [plane_axes.0.dot(v), plane_axes.1.dot(v)])
             .collect();
+        let center_in_space = origin + center * extent;
         Ok(Self {
-            center: origin + center * extent,
+            center: center_in_space,
             radius,
             inverse_radius: 1.0 / radius,
             offsets,
@@ -189,6 +192,7 @@ impl PolygonLight<f64> {
             centroid,
             plane_axes,
             plane_offsets,
+            plane_tolerance: plane_tolerance::<f64>(center_in_space, radius),
             sides,
         })
     }
@@ -211,6 +215,7 @@ impl PolygonLight<f64> {
             centroid: vector(self.centroid),
             plane_axes: (vector(self.plane_axes.0), vector(self.plane_axes.1)),
             plane_offsets: self.plane_offsets.iter().map(|v| v.map(scalar)).collect(),
+            plane_tolerance: scalar(plane_tolerance::<S>(self.center, self.radius)),
             sides: self.sides,
         };
         let numbers = [
@@ -292,6 +297,12 @@ impl<S: Scalar> PolygonLight<S> {
             range
         })
     }
+}
+
+/// What rounding coordinates to `S` may move a point near the light, in radii.
+fn plane_tolerance<S: Scalar>(center: Vec3<f64>, radius: f64) -> f64 {
+    let size = center.x.abs() + center.y.abs() + center.z.abs();
+    4.0 * S::EPSILON * (1.0 + size / radius)
 }
 
 fn validate(loops: &[&[[f64; 3]]]) -> Result<(), PolygonError> {

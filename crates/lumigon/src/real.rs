@@ -105,6 +105,9 @@ pub trait Real:
 
 /// A [`Real`] of one lane: what lights are stored in.
 pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialOrd + Default + Debug {
+    /// Distance from 1 to the next number.
+    const EPSILON: f64;
+
     /// Nearest value to a literal.
     fn from_f64(value: f64) -> Self;
     /// The value as f64, exactly for f32 and f64.
@@ -112,6 +115,8 @@ pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialOrd + Default + Debu
 }
 
 impl Scalar for f32 {
+    const EPSILON: f64 = f32::EPSILON as f64;
+
     #[inline(always)]
     fn from_f64(value: f64) -> f32 {
         value as f32
@@ -123,6 +128,8 @@ impl Scalar for f32 {
 }
 
 impl Scalar for f64 {
+    const EPSILON: f64 = f64::EPSILON;
+
     #[inline(always)]
     fn from_f64(value: f64) -> f64 {
         value

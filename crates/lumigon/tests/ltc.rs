@@ -433,7 +433,7 @@ fn lights_below_the_surface_are_dark() {
         leaks += usize::from(edge_sum(&of_lobe) > 1e-3);
     }
     println!("{leaks} lights would leak through with the lobe's plane alone");
-    assert!(leaks > 100);
+    assert!(leaks > 20, "the case must occur to be tested");
 }
 
 /// Seed text: mapping cosine-distributed directions samples the lobe.

@@ -73,7 +73,8 @@ struct KernelFigures {
 
 impl Bench {
     pub(crate) fn run(&self) -> Result<(), Failure> {
-        let interrupt = Interrupt::watch()?;
+        let interrupt = Interrupt::catch()?;
+        interrupt.watch();
         let machine = Machine::measure();
         machine.print();
         let mut figures = Figures {

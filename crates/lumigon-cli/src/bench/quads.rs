@@ -85,7 +85,7 @@ fn methods() -> [(&'static str, DiffuseMethod); 3] {
 /// Median seconds of three frames.
 fn frame(scene: &Scene, settings: &RenderSettings, interrupt: &Interrupt) -> Result<f64, Failure> {
     let camera = scene.cameras.first().ok_or("the scene has no camera")?;
-    let renderer = CpuRenderer::new(scene)?;
+    let renderer = CpuRenderer::new(scene);
     let watch = Watch {
         cancelled: interrupt.flag(),
         ..Watch::none()

@@ -11,9 +11,9 @@ use super::label::Label;
 pub(super) const COLUMNS: u32 = 5;
 const GAP: u32 = 20;
 const MARGIN: u32 = 36;
-const LINE: u32 = 24;
-const TITLE: f32 = 19.0;
-const SMALL: f32 = 16.0;
+const LINE: u32 = 32;
+const TITLE: f32 = 25.0;
+const SMALL: f32 = 21.0;
 
 const PAPER: Rgb<u8> = Rgb([23, 25, 30]);
 const INK: Rgb<u8> = Rgb([238, 238, 242]);
@@ -86,8 +86,8 @@ pub(super) fn contact_sheet(
     let column = picture_width.max(320);
     let row = 2 * picture_height + 2 * LINE + 6 + GAP;
     let width = 2 * MARGIN + COLUMNS * column + (COLUMNS - 1) * GAP;
-    let header = MARGIN + 78;
-    let heading = 84;
+    let header = MARGIN + 104;
+    let heading = 96;
     let rows = |section: &Section| section.cells.len().div_ceil(COLUMNS as usize) as u32;
     let height = header
         + sections
@@ -99,12 +99,12 @@ pub(super) fn contact_sheet(
     let mut sheet = RgbImage::from_pixel(width, height, PAPER);
     let across = (width - 2 * MARGIN) as f32;
     let left = MARGIN as f32;
-    let words = label.fitted(title, 34.0, across);
-    label.draw(&mut sheet, (left, MARGIN as f32 - 8.0), 34.0, INK, &words);
+    let words = label.fitted(title, 46.0, across);
+    label.draw(&mut sheet, (left, MARGIN as f32 - 10.0), 46.0, INK, &words);
     let words = label.fitted(facts, SMALL, across);
     label.draw(
         &mut sheet,
-        (left, MARGIN as f32 + 36.0),
+        (left, MARGIN as f32 + 48.0),
         SMALL,
         FADED,
         &words,
@@ -112,7 +112,7 @@ pub(super) fn contact_sheet(
 
     let mut top = header;
     for section in sections {
-        label.draw(&mut sheet, (left, top as f32), 26.0, INK, &section.title);
+        label.draw(&mut sheet, (left, top as f32), 36.0, INK, &section.title);
         let legend_left = width - MARGIN - LEGEND_WIDTH;
         draw_legend(&mut sheet, &label, (legend_left, top), section.scale);
         top += heading;
@@ -150,28 +150,28 @@ fn draw_cell(
     label.draw(sheet, (x as f32, y as f32 + 4.0), SMALL, FADED, &numbers);
 }
 
-const LEGEND_WIDTH: u32 = 560;
+const LEGEND_WIDTH: u32 = 720;
 
 /// Draws a scale of differences with its numbers.
 fn draw_legend(sheet: &mut RgbImage, label: &Label, (x, y): (u32, u32), scale: FalseColor) {
-    let bar = legend(LEGEND_WIDTH, 16, scale);
+    let bar = legend(LEGEND_WIDTH, 18, scale);
     let words = "difference from the reference in luminance: too dark to too bright";
     let indent = (LEGEND_WIDTH as f32 - label.width(words, SMALL)) * 0.5;
     label.draw(
         sheet,
-        (x as f32 + indent, y as f32 - 8.0),
+        (x as f32 + indent, y as f32 - 10.0),
         SMALL,
         FADED,
         words,
     );
-    imageops::replace(sheet, &bar, x.into(), i64::from(y) + 16);
+    imageops::replace(sheet, &bar, x.into(), i64::from(y) + 20);
     for (place, difference) in scale.ticks() {
         let text = signed(difference);
         let text_width = label.width(&text, SMALL);
         let center = x as f32 + place as f32 * LEGEND_WIDTH as f32;
         let last = (x + LEGEND_WIDTH) as f32 - text_width;
         let left = (center - 0.5 * text_width).clamp(x as f32, last);
-        label.draw(sheet, (left, y as f32 + 35.0), SMALL, FADED, &text);
+        label.draw(sheet, (left, y as f32 + 42.0), SMALL, FADED, &text);
     }
 }
 

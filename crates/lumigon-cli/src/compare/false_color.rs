@@ -32,11 +32,11 @@ impl FalseColor {
 
     /// The colour of one difference of luminance.
     pub(super) fn color(self, difference: f64) -> Rgb<u8> {
-        let share = (difference.abs() / self.limit).min(1.0).sqrt();
-        let place = 0.5 - 0.5 * share.copysign(difference);
-        if place.is_nan() {
+        if difference.is_nan() {
             return Rgb([255, 0, 255]);
         }
+        let share = (difference.abs() / self.limit).min(1.0).sqrt();
+        let place = 0.5 - 0.5 * share.copysign(difference);
         let color = colorous::RED_BLUE.eval_continuous(place);
         Rgb([color.r, color.g, color.b])
     }

@@ -48,6 +48,14 @@ pub(super) struct ZScores {
     pub(super) mean: Option<f64>,
     /// The fraction beyond ±3: 0.0027 for normally distributed noise.
     pub fraction_beyond_3: Option<f64>,
+    /// Rms difference over rms standard error: 1 for noise alone.
+    ///
+    /// Errors estimated from few paths are too small wherever the estimate itself is too small,
+    /// which widens and shifts the z-scores; this ratio and `pooled_mean` stay unbiased.
+    pub(super) pooled_rms: Option<f64>,
+    /// Mean difference over its own standard error, which is taken as large as it can be: within
+    /// ±1 in two of three comparisons without bias.
+    pub(super) pooled_mean: Option<f64>,
     /// Pixels and channels whose standard error is 0.
     pub(super) without_error: u64,
     /// The greatest difference among those.
@@ -143,24 +151,34 @@ impl ZScores {
         standard_error: &[[f32; 3]],
     ) -> Self {
         let (mut count, mut sum, mut squares, mut beyond) = (0_u64, 0.0, 0.0, 0_u64);
+        let (mut difference_sum, mut square_difference, mut variance) = (0.0, 0.0, 0.0);
+        let mut variance_of_sum = 0.0;
         let (mut without_error, mut greatest) = (0, 0.0_f64);
-        let triples = picture.iter().zip(reference).zip(standard_error);
-        for ((p, r), e) in triples.flat_map(|((p, r), e)| p.iter().zip(r).zip(e)) {
-            let difference = f64::from(*p) - f64::from(*r);
-            let error = f64::from(*e);
-            if !difference.is_finite() || !error.is_finite() {
-                continue;
+        for ((p, r), e) in picture.iter().zip(reference).zip(standard_error) {
+            let mut pixel_error = 0.0;
+            for ((&p, &r), &e) in p.iter().zip(r).zip(e) {
+                let difference = f64::from(p) - f64::from(r);
+                let error = f64::from(e);
+                if !difference.is_finite() || !error.is_finite() {
+                    continue;
+                }
+                if error > 0.0 {
+                    let z = difference / error;
+                    count += 1;
+                    sum += z;
+                    squares += z * z;
+                    beyond += u64::from(z.abs() > 3.0);
+                    difference_sum += difference;
+                    square_difference += difference * difference;
+                    variance += error * error;
+                    pixel_error += error;
+                } else {
+                    without_error += 1;
+                    greatest = greatest.max(difference.abs());
+                }
             }
-            if error > 0.0 {
-                let z = difference / error;
-                count += 1;
-                sum += z;
-                squares += z * z;
-                beyond += u64::from(z.abs() > 3.0);
-            } else {
-                without_error += 1;
-                greatest = greatest.max(difference.abs());
-            }
+            // A pixel's channels share their paths, so their errors add up; pixels share none.
+            variance_of_sum += pixel_error * pixel_error;
         }
         let over_count = |value: f64| (count > 0).then(|| value / count as f64);
         Self {
@@ -168,20 +186,20 @@ impl ZScores {
             rms: over_count(squares).map(f64::sqrt),
             mean: over_count(sum),
             fraction_beyond_3: over_count(beyond as f64),
+            pooled_rms: (variance > 0.0).then(|| f64::sqrt(square_difference / variance)),
+            pooled_mean: (variance_of_sum > 0.0)
+                .then(|| difference_sum / f64::sqrt(variance_of_sum)),
             without_error,
             greatest_difference_without_error: greatest,
         }
     }
-}
 
-impl ZScores {
-    /// Whether noise alone explains the differences: an rms of 0.85 to 1.15 and a mean within
-    /// ±0.1. None where no pixel has an error to judge by.
-    ///
-    /// Standard errors estimated from few paths scatter themselves, hence the room about 1.
+    /// Whether the reference's noise explains the differences: a pooled rms of at most 1.15, a
+    /// pooled mean within ±4, and no difference where the reference knows no error. None where no
+    /// pixel has an error to judge by.
     pub(super) fn is_noise(&self) -> Option<bool> {
-        let (rms, mean) = (self.rms?, self.mean?);
-        Some((0.85..=1.15).contains(&rms) && mean.abs() <= 0.1)
+        let (rms, mean) = (self.pooled_rms?, self.pooled_mean?);
+        Some(rms <= 1.15 && mean.abs() <= 4.0 && self.greatest_difference_without_error < 1e-4)
     }
 }
 
@@ -236,7 +254,11 @@ mod tests {
         assert!((z.rms.unwrap() - 8.5_f64.sqrt()).abs() < 1e-12);
         assert_eq!((z.mean, z.fraction_beyond_3), (Some(2.5), Some(0.5)));
         assert_eq!(z.greatest_difference_without_error, 0.25);
-        assert_eq!(ZScores::new(&[], &[], &[]).rms, None);
+        assert!((z.pooled_rms.unwrap() - 8.5_f64.sqrt()).abs() < 1e-12);
+        assert!((z.pooled_mean.unwrap() - 2.5).abs() < 1e-12);
+        assert_eq!(z.is_noise(), Some(false));
+        let none = ZScores::new(&[], &[], &[]);
+        assert_eq!((none.rms, none.is_noise()), (None, None));
     }
 
     #[test]

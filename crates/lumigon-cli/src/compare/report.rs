@@ -23,7 +23,6 @@ struct Page<'a> {
     machine: String,
     verdict: Verdict,
     groups: Vec<Group<'a>>,
-    unshadowed: &'a ReferenceRecord,
     shadows: Option<Row<'a>>,
     reference_seconds: [String; 2],
     seconds_without_lights: String,
@@ -35,6 +34,8 @@ struct Page<'a> {
 struct Verdict {
     /// None where no pixel has noise to judge by.
     holds: Option<bool>,
+    pooled_rms: String,
+    pooled_mean: String,
     rms: String,
     mean: String,
     beyond: String,
@@ -110,7 +111,6 @@ pub(super) fn html(record: &Record, scales: [FalseColor; 3]) -> Result<String, C
             .against_unshadowed
             .as_ref()
             .map(|against| Row::of_shadows(shadowed, against)),
-        unshadowed,
         reference_seconds: [duration(unshadowed.seconds), duration(shadowed.seconds)],
         seconds_without_lights: duration(record.seconds_without_polygon_lights),
         reference_words: REFERENCE_WORDS,
@@ -152,8 +152,10 @@ impl Verdict {
         };
         Self {
             holds: z.is_noise(),
+            pooled_rms: digits(z.pooled_rms),
+            pooled_mean: digits(z.pooled_mean).replace('-', "−"),
             rms: digits(z.rms),
-            mean: digits(z.mean),
+            mean: digits(z.mean).replace('-', "−"),
             beyond: percent(z.fraction_beyond_3),
             count: z.count,
             noise: percent(noise.relative),

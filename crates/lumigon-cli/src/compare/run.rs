@@ -47,12 +47,15 @@ pub(super) fn fill(
     let session = Session {
         command,
         folder: folder.path(),
-        renderer: CpuRenderer::new(&scene)?,
-        unlit_renderer: CpuRenderer::new(&unlit)?,
+        renderer: CpuRenderer::new(&scene),
+        unlit_renderer: CpuRenderer::new(&unlit),
         camera,
         interrupt,
     };
 
+    for warning in session.renderer.warnings() {
+        eprintln!("warning: {warning}");
+    }
     let mut comparison = Comparison::begin(&session)?;
     let mut stopwatches = vec![Stopwatch::default(); methods.len()];
     for (method, stopwatch) in methods.iter().zip(&mut stopwatches) {

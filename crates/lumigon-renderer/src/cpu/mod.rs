@@ -26,6 +26,9 @@ use shade::ShadingLight;
 /// neighbours, small enough to keep every thread busy to the end.
 const TILE: u32 = 16;
 
+/// Camera rays a pixel that are shaded together.
+const SAMPLES_AT_ONCE: usize = 16;
+
 /// Most camera rays a pixel.
 const MAXIMUM_SAMPLES: u32 = 65_536;
 
@@ -34,42 +37,45 @@ pub struct CpuRenderer<'a> {
     scene: &'a Scene,
     geometry: Geometry,
     lights: Vec<ShadingLight>,
+    warnings: Vec<String>,
     ggx: LtcTable,
 }
 
 impl<'a> CpuRenderer<'a> {
     /// Builds the hierarchy and prepares the lights.
-    ///
-    /// # Errors
-    /// Where a light's outline cannot be evaluated.
-    pub fn new(scene: &'a Scene) -> Result<Self, RenderError> {
-        let lights = scene
-            .polygon_lights
-            .iter()
-            .map(|light| {
-                let sides = if light.two_sided {
-                    Sides::Both
-                } else {
-                    Sides::Front
-                };
-                let polygon = PolygonLight::new(&light.loops, sides)
-                    .and_then(|polygon| polygon.cast())
-                    .map_err(|fault| RenderError::Light {
-                        name: light.name.clone(),
-                        fault,
-                    })?;
-                Ok(ShadingLight {
+    #[must_use]
+    pub fn new(scene: &'a Scene) -> Self {
+        let mut lights = Vec::new();
+        let mut warnings = Vec::new();
+        for light in &scene.polygon_lights {
+            let sides = if light.two_sided {
+                Sides::Both
+            } else {
+                Sides::Front
+            };
+            match PolygonLight::new(&light.loops, sides).and_then(|polygon| polygon.cast()) {
+                Ok(polygon) => lights.push(ShadingLight {
                     polygon,
                     radiance: light.radiance.to_array(),
-                })
-            })
-            .collect::<Result<_, _>>()?;
-        Ok(Self {
+                }),
+                Err(fault) => {
+                    warnings.push(format!("light \"{}\" lights nothing: {fault}", light.name));
+                }
+            }
+        }
+        Self {
             scene,
             geometry: Geometry::new(scene),
             lights,
+            warnings,
             ggx: LtcTable::ggx(),
-        })
+        }
+    }
+
+    /// Lights whose outlines cannot be evaluated, and why: they light nothing.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Renders with closed forms: no noise, and no shadows.
@@ -96,7 +102,7 @@ impl<'a> CpuRenderer<'a> {
                 }
                 let (column, row) = (i % u64::from(columns), i / u64::from(columns));
                 let (x, y) = (column as u32 * TILE, row as u32 * TILE);
-                let tile = self.tile(camera, settings, &samples, [x, y]);
+                let tile = self.tile(camera, settings, &samples, [x, y], watch)?;
                 (watch.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
                 Some(tile)
             })
@@ -138,40 +144,54 @@ impl<'a> CpuRenderer<'a> {
         reference::render(self.scene, &self.geometry, camera, settings, watch)
     }
 
-    /// The pixels from (x, y) to a tile's side beyond, or to the picture's edge.
+    /// The pixels from (x, y) to a tile's side beyond, or to the picture's edge; none where the
+    /// work was cancelled.
     fn tile(
         &self,
         camera: &Camera,
         settings: &RenderSettings,
         samples: &[[f64; 2]],
         [x, y]: [u32; 2],
-    ) -> Tile {
+        watch: Watch<'_>,
+    ) -> Option<Tile> {
         let mut tile = Tile::new(
             [x, y],
             TILE.min(settings.width - x),
             TILE.min(settings.height - y),
         );
         let aspect = settings.width as f32 / settings.height as f32;
-        let mut hits = Hits::default();
-        for pixel in 0..tile.emitted.len() as u32 {
-            let (px, py) = (x + pixel % tile.width, y + pixel / tile.width);
-            for offset in samples {
-                let u = (f64::from(px) + offset[0]) / f64::from(settings.width);
-                let v = (f64::from(py) + offset[1]) / f64::from(settings.height);
-                let (origin, direction) = camera.ray(u as f32, v as f32, aspect);
-                if let Some(surface) = self.geometry.surface(self.scene, origin, direction) {
-                    hits.push(pixel, &surface, -direction);
+        let share = 1.0 / samples.len() as f32;
+        // A few samples at a time: thousands of them would fill memory, and be slow to stop.
+        for samples in samples.chunks(SAMPLES_AT_ONCE) {
+            if watch.is_cancelled() {
+                return None;
+            }
+            let mut hits = Hits::default();
+            for pixel in 0..tile.emitted.len() as u32 {
+                let (px, py) = (x + pixel % tile.width, y + pixel / tile.width);
+                for offset in samples {
+                    let u = (f64::from(px) + offset[0]) / f64::from(settings.width);
+                    let v = (f64::from(py) + offset[1]) / f64::from(settings.height);
+                    let (origin, direction) = camera.ray(u as f32, v as f32, aspect);
+                    if let Some(surface) = self.geometry.surface(self.scene, origin, direction) {
+                        hits.push(pixel, &surface, -direction);
+                    }
                 }
             }
+            self.shade(&mut hits, settings, share, &mut tile);
         }
+        Some(tile)
+    }
+
+    /// Adds what the lights do to the hits, `share` of it, to their pixels.
+    fn shade(&self, hits: &mut Hits, settings: &RenderSettings, share: f32, tile: &mut Tile) {
         if settings.specular == SpecularMethod::Ltc {
             hits.look_up(&self.ggx);
         }
-        let mut light = shade::polygons(&hits, &self.lights, settings.diffuse, settings.specular);
+        let mut light = shade::polygons(hits, &self.lights, settings.diffuse, settings.specular);
         for punctual in &self.scene.punctual_lights {
-            light.add_punctual(&hits, punctual, settings.specular);
+            light.add_punctual(hits, punctual, settings.specular);
         }
-        let share = 1.0 / samples.len() as f32;
         for (i, hit) in hits.surfaces().iter().enumerate() {
             let pixel = hit.pixel as usize;
             for channel in 0..3 {
@@ -185,7 +205,6 @@ impl<'a> CpuRenderer<'a> {
                 tile.specular[pixel][channel] += (f0 * (whole - schlick) + schlick) * share;
             }
         }
-        tile
     }
 }
 
