@@ -1,8 +1,14 @@
 //! Edges of a light as a shading point sees them, clipped at its horizon without a vertex array.
 
 use crate::polygon::{PolygonLight, Sides};
-use crate::real::{Mask, Real};
+use crate::real::{Mask, Real, Scalar};
 use crate::vec3::Vec3;
+
+/// In radii: from farther away a light is dark.
+///
+/// Its irradiance would be below 1e-17; products of four distances would overflow single
+/// precision at ten times as far.
+const FARTHEST: f64 = 1e9;
 
 /// A light as one shading point sees it, in units of the light's radius.
 #[derive(Clone, Copy)]
@@ -15,7 +21,9 @@ pub(crate) struct Seen<T: Real> {
     pub(crate) plane_distance: T,
     /// -1 where the point sees the front: there, loops run clockwise about `away`; else +1.
     pub(crate) orientation: T,
-    /// Whether the point is on an emitting side.
+    /// Whether the light has a solid angle: the point is off its plane and not out of reach.
+    pub(crate) in_reach: T::Mask,
+    /// Whether the point sees an emitting side.
     pub(crate) lit: T::Mask,
 }
 
@@ -31,14 +39,21 @@ impl<T: Real> Seen<T> {
         let front = distance.lt(zero);
         let one = like.constant(1.0);
         let orientation = T::select(front, -one, one);
+        let plane_distance = distance.abs();
+        // Within rounding of the plane the side is unknown, and on an edge any direction might
+        // come out.
+        let in_plane = like.broadcast(T::Scalar::epsilon() + T::Scalar::epsilon());
+        let in_reach = plane_distance.gt(in_plane)
+            & center.dot(center).lt(like.constant(FARTHEST * FARTHEST));
         Self {
             center,
             away: normal * orientation,
-            plane_distance: distance.abs(),
+            plane_distance,
             orientation,
+            in_reach,
             lit: match light.sides {
-                Sides::Front => front,
-                Sides::Both => front | distance.gt(zero),
+                Sides::Front => front & in_reach,
+                Sides::Both => in_reach,
             },
         }
     }

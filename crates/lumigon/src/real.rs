@@ -109,6 +109,11 @@ pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialOrd + Default + Debu
     fn from_f64(value: f64) -> Self;
     /// The value as f64, exactly for f32 and f64.
     fn to_f64(self) -> f64;
+    /// Distance from 1 to the next number.
+    #[inline(always)]
+    fn epsilon() -> Self {
+        Self::from_f64(f64::EPSILON)
+    }
 }
 
 impl Scalar for f32 {
@@ -119,6 +124,10 @@ impl Scalar for f32 {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         f64::from(self)
+    }
+    #[inline(always)]
+    fn epsilon() -> f32 {
+        f32::EPSILON
     }
 }
 
