@@ -43,8 +43,8 @@ impl<T: Real> Seen<T> {
         // Within rounding of the plane the side is unknown, and on an edge any direction might
         // come out.
         let in_plane = like.broadcast(T::Scalar::epsilon() + T::Scalar::epsilon());
-        let in_reach = plane_distance.gt(in_plane)
-            & center.dot(center).lt(like.constant(FARTHEST * FARTHEST));
+        let in_reach =
+            plane_distance.gt(in_plane) & center.dot(center).lt(like.constant(FARTHEST * FARTHEST));
         Self {
             center,
             away: normal * orientation,

@@ -281,16 +281,16 @@ impl<T: Real> Pyramid<T> {
         (self.area * ratio / q.sqrt()).min(self.solid_angle_bounds().1)
     }
 
-    /// Rigorous lower and upper bound of the solid angle in sr.
+    /// Rigorous lower and upper bound of the solid angle in sr, but for rounding.
     #[inline(always)]
     pub fn solid_angle_bounds(&self) -> (T, T) {
         let one = self.area.constant(1.0);
         let spread = one + self.moment_trace;
         let s = (one + self.area * self.area.constant(core::f64::consts::FRAC_1_PI)).sqrt();
-        (
-            self.area / (spread * spread.sqrt()),
-            (self.area + self.area) / (s + s * s),
-        )
+        let greatest = (self.area + self.area) / (s + s * s);
+        let least = self.area / (spread * spread.sqrt());
+        // Almost in the light's plane single precision loses the moment before the area.
+        (least.min(greatest), greatest)
     }
 }
 

@@ -26,22 +26,16 @@ pub fn solid_angle<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>) -> 
     let normal = Vec3::broadcast(like, light.normal);
     let far = seen.center.dot(seen.center).gt(like.constant(FAR));
     let mut fan = Fan::new(Vec3::select(far, seen.center, seen.away));
-    // The triple product of an edge's offsets and the apex: n.(start x end) times the plane's
-    // distance; or, with the apex at the normal, of the edge as the point sees it.
+    // The triple product of an edge and the apex: about the centre the plane's distance times the
+    // area; with the apex at the normal, of the edge as the point sees it.
     let scale = T::select(far, seen.plane_distance, one);
-    let shift = Vec3::select(
-        far,
-        Vec3::new(zero, zero, zero),
-        normal.cross(seen.center),
-    );
+    let shift = Vec3::select(far, Vec3::new(zero, zero, zero), seen.center);
     let offsets = Shared::new(light, like);
     for range in light.loop_ranges() {
         let mut start = offsets.get(range.end - 1);
         for i in range {
             let end = offsets.get(i);
-            let volume = normal
-                .dot(start.cross(end))
-                .mul_add(scale, shift.dot(end - start));
+            let volume = normal.dot((start + shift).cross(end - start)) * scale;
             fan.add(start + seen.center, end + seen.center, volume);
             start = end;
         }

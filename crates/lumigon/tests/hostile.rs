@@ -16,7 +16,7 @@ use lumigon::{
     irradiance, light_direction, light_vector, light_vector_above, ltc_form_factor, projected_area,
     reflected_inclusion, solid_angle, solid_angle_above,
 };
-use polygons::{KINDS, Outlines, Placed, Random, Vector};
+use polygons::{KINDS, Outlines, Placed, Random, SLIVER, Vector};
 use rayon::prelude::*;
 
 const PI: f64 = std::f64::consts::PI;
@@ -264,7 +264,11 @@ fn hostile_polygon(case: usize, random: &mut Random) -> Placed {
             *vertex = vertex.map(|x| (x * 8.0).round() / 8.0);
         }
     }
-    let normal = if random.chance(0.5) { random.axis() } else { random.direction() };
+    let normal = if random.chance(0.5) {
+        random.axis()
+    } else {
+        random.direction()
+    };
     let size = match case % 5 {
         0 => 1.0,
         1 => random.log_range(1e-30, 1e30),
@@ -335,7 +339,11 @@ fn hostile_normal(placed: &Placed, point: Vector, random: &mut Random) -> Vector
         _ => random.direction(),
     };
     let unit = normal.normalize_or_zero();
-    if (unit.length() - 1.0).abs() < 1e-12 { unit } else { random.axis() }
+    if (unit.length() - 1.0).abs() < 1e-12 {
+        unit
+    } else {
+        random.axis()
+    }
 }
 
 fn hostile_place(placed: &Placed, table: &LtcTable, random: &mut Random) -> Place<f64> {
@@ -403,34 +411,45 @@ fn ten_million_hostile_evaluations() {
     (0..2_400_usize).into_par_iter().for_each(|case| {
         let mut random = Random::new(31_000 + case as u64);
         let placed = hostile_polygon(case, &mut random);
-        let sides = if random.chance(0.5) { Sides::Front } else { Sides::Both };
+        let sides = if random.chance(0.5) {
+            Sides::Front
+        } else {
+            Sides::Both
+        };
         let light = match PolygonLight::new(&placed.loops, sides) {
             Ok(light) => light,
             // Rounded to eighths, slivers vanish and holes may swallow their outline.
             Err(PolygonError::NoArea) => return,
             Err(fault) => panic!("{fault}: {placed:#?}"),
         };
-        let light32 = light.cast::<f32>().unwrap_or_else(|fault| panic!("{fault}: {placed:#?}"));
+        let light32 = light
+            .cast::<f32>()
+            .unwrap_or_else(|fault| panic!("{fault}: {placed:#?}"));
         let places: Vec<_> = (0..PLACES)
             .map(|_| hostile_place(&placed, &table, &mut random))
             .collect();
         let singles: Vec<_> = places.iter().map(Place::single).collect();
         let lanes = in_lanes(&light32, &singles);
-        let complain = |number: &'static str, what: &'static str, fault: String, place: &Place<f64>| {
-            let example = || format!("{fault}; case {case}, {place:?}, {placed:?}");
-            faults
-                .lock()
-                .unwrap()
-                .entry((what, number))
-                .and_modify(|(count, _)| *count += 1)
-                .or_insert_with(|| (1, example()));
-        };
+        let complain =
+            |number: &'static str, what: &'static str, fault: String, place: &Place<f64>| {
+                let example = || format!("{fault}; case {case}, {place:?}, {placed:?}");
+                faults
+                    .lock()
+                    .unwrap()
+                    .entry((what, number))
+                    .and_modify(|(count, _)| *count += 1)
+                    .or_insert_with(|| (1, example()));
+            };
         for ((place, single), lanes) in places.iter().zip(&singles).zip(&lanes) {
             let scalar = in_f32(&light32, single);
             let exact = in_f64(&light, place);
             let height = placed.axes[2].dot(place.point - placed.origin) / placed.size;
             let dark = sides == Sides::Front && height < -1e-3;
             let nearness = placed.distance_to_edges(double(single.point)).min(1.0);
+            // Every edge adds its rounding. In the plane there is a jump; a sliver's width is
+            // itself near rounding.
+            let edges = (light.vertex_count() as f64 / 4.0).max(1.0);
+            let comparable = nearness > 1e-4 && height.abs() > 1e-4 && placed.kind != SLIVER;
             for (i, (name, _, _, lanewise)) in QUANTITIES.into_iter().enumerate() {
                 let numbers = [
                     ("f64", exact[i], 1e-9),
@@ -447,8 +466,8 @@ fn ten_million_hostile_evaluations() {
                 }
                 if let Within(tolerance) = lanewise {
                     let difference = f64::from((scalar[i] - lanes[i]).abs());
-                    // On an edge's line there is a jump.
-                    if nearness > 1e-4 && height.abs() > 1e-4 && !(difference * nearness < tolerance) {
+                    let agree = difference * nearness < tolerance * edges;
+                    if comparable && !agree {
                         let fault = format!(
                             "{} in scalars, {} in lanes, {nearness:e} from an edge",
                             scalar[i], lanes[i]
@@ -476,7 +495,14 @@ fn ten_million_hostile_evaluations() {
 fn not_a_number_is_no_panic() {
     let table = LtcTable::ggx();
     let mut random = Random::new(32);
-    let poison = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, 0.0, 1e-320];
+    let poison = [
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::MAX,
+        0.0,
+        1e-320,
+    ];
     for case in 0..300 {
         let placed = Placed::random(case % KINDS, &mut random);
         let light = placed.light(Sides::Both);

@@ -180,10 +180,8 @@ fn density_integrates_to_one_over_the_sphere() {
         let ltc = match case % 2 {
             0 => broad_lobe(&mut random),
             _ => {
-                let single = table.lookup(
-                    random.range(0.5, 1.0) as f32,
-                    random.range(0.2, 1.0) as f32,
-                );
+                let single =
+                    table.lookup(random.range(0.5, 1.0) as f32, random.range(0.2, 1.0) as f32);
                 lobe(single.shading_to_cosine.map(f64::from))
             }
         };
@@ -294,7 +292,10 @@ fn form_factor_is_the_integral_of_the_density() {
         let error = (got - sum).abs();
         worst = worst.max(error);
         lit += usize::from(got > 1e-3);
-        assert!(error < 1e-8, "{got} is not {sum}: {case} {ltc:?} {point:?} {placed:#?}");
+        assert!(
+            error < 1e-8,
+            "{got} is not {sum}: {case} {ltc:?} {point:?} {placed:#?}"
+        );
     }
     println!("worst error {worst:e}; {lit} of 600 lit");
     assert!(lit > 200);
@@ -309,7 +310,10 @@ fn the_identity_is_lamberts_cosine() {
         let light = placed.light(Sides::Front);
         let got = ltc_form_factor(&light, point, &PreparedLtc::new(&ltc, normal, view));
         let lambert = form_factor(&light, point, normal);
-        assert!((got - lambert).abs() < 1e-13, "{got} {lambert} {placed:#?} {point:?} {normal:?}");
+        assert!(
+            (got - lambert).abs() < 1e-13,
+            "{got} {lambert} {placed:#?} {point:?} {normal:?}"
+        );
         let direction = random.direction();
         let density = direction.z.max(0.0) / std::f64::consts::PI;
         assert!((ltc.density(direction) - density).abs() < 1e-15);
@@ -334,7 +338,10 @@ fn scale_does_not_matter() {
             .collect();
         let light = PolygonLight::new(&scaled, Sides::Front).unwrap();
         let other = ltc_form_factor(&light, Vec3::default(), &prepared);
-        assert!((got - other).abs() < 1e-11, "{got} {other} {scale} {ltc:?} {placed:#?}");
+        assert!(
+            (got - other).abs() < 1e-11,
+            "{got} {other} {scale} {ltc:?} {placed:#?}"
+        );
         // The published form of the density, with the map times any factor.
         let direction = random.direction();
         let mapped = to_cosine(&ltc, direction) * scale;
@@ -358,7 +365,11 @@ fn rotation_does_not_matter() {
         let light = placed.light(Sides::Front);
         let got = ltc_form_factor(&light, point, &PreparedLtc::new(&ltc, normal, view));
         // About the normal in every third case, else about any axis.
-        let axis = if case % 3 == 0 { normal } else { random.direction() };
+        let axis = if case % 3 == 0 {
+            normal
+        } else {
+            random.direction()
+        };
         let (s, t) = axis.orthonormal_basis();
         let (sin, cos) = random.range(0.0, std::f64::consts::TAU).sin_cos();
         let turn = |v: Vector| {
@@ -373,7 +384,10 @@ fn rotation_does_not_matter() {
         let light = PolygonLight::new(&turned, Sides::Front).unwrap();
         let prepared = PreparedLtc::new(&ltc, turn(normal), turn(view));
         let other = ltc_form_factor(&light, turn(point), &prepared);
-        assert!((got - other).abs() < 1e-11, "{got} {other} {ltc:?} {placed:#?}");
+        assert!(
+            (got - other).abs() < 1e-11,
+            "{got} {other} {ltc:?} {placed:#?}"
+        );
     }
 }
 

@@ -88,18 +88,32 @@ fn integrals_equal_cubature() {
         let truth = Polygon::new(&placed.loops, false).unwrap();
         let (p, n) = (array(point), array(normal));
 
-        let exact = reference::irradiance(&truth, p, n, TOLERANCE).unwrap().value;
+        let exact = reference::irradiance(&truth, p, n, TOLERANCE)
+            .unwrap()
+            .value;
         let got = irradiance(&light, point, normal);
         assert_close(got, exact, "irradiance", &inputs);
-        let exact = reference::form_factor(&truth, p, n, TOLERANCE).unwrap().value;
-        assert_close(form_factor(&light, point, normal), exact, "form factor", &inputs);
+        let exact = reference::form_factor(&truth, p, n, TOLERANCE)
+            .unwrap()
+            .value;
+        assert_close(
+            form_factor(&light, point, normal),
+            exact,
+            "form factor",
+            &inputs,
+        );
 
         let whole = reference::light_vector(&truth, p, TOLERANCE).unwrap().value;
         let error = (light_vector(&light, point) - whole.into()).length();
         let length = Vec3::from(whole).length();
         assert_close(length + error, length, "light vector", &inputs);
         let whole_angle = reference::solid_angle(&truth, p, TOLERANCE).unwrap().value;
-        assert_close(solid_angle(&light, point), whole_angle, "solid angle", &inputs);
+        assert_close(
+            solid_angle(&light, point),
+            whole_angle,
+            "solid angle",
+            &inputs,
+        );
 
         let (mut vector, mut angle) = (Vec3::default(), 0.0);
         for part in clipped_parts(&truth, point, normal) {
@@ -109,7 +123,10 @@ fn integrals_equal_cubature() {
         }
         let above = light_vector_above(&light, point, normal);
         let error = (above - vector).length();
-        assert!(error < 1e-9, "light vector above: {above:?} {vector:?} {inputs:#?}");
+        assert!(
+            error < 1e-9,
+            "light vector above: {above:?} {vector:?} {inputs:#?}"
+        );
         assert!((normal.dot(above) - got).abs() < 1e-12, "{inputs:#?}");
         let got = solid_angle_above(&light, point, normal);
         assert!(
@@ -135,10 +152,22 @@ fn two_sided_lights_shine_both_ways() {
         for point in [point, mirrored] {
             let inputs = (case, &placed, point, normal);
             let (p, n) = (array(point), array(normal));
-            let exact = reference::irradiance(&truth, p, n, TOLERANCE).unwrap().value;
-            assert_close(irradiance(&two_sided, point, normal), exact, "irradiance", &inputs);
+            let exact = reference::irradiance(&truth, p, n, TOLERANCE)
+                .unwrap()
+                .value;
+            assert_close(
+                irradiance(&two_sided, point, normal),
+                exact,
+                "irradiance",
+                &inputs,
+            );
             let exact = reference::solid_angle(&truth, p, TOLERANCE).unwrap().value;
-            assert_close(solid_angle(&two_sided, point), exact, "solid angle", &inputs);
+            assert_close(
+                solid_angle(&two_sided, point),
+                exact,
+                "solid angle",
+                &inputs,
+            );
             let exact = reference::light_vector(&truth, p, TOLERANCE).unwrap().value;
             let error = (light_vector(&two_sided, point) - exact.into()).length();
             let length = Vec3::from(exact).length();
@@ -191,7 +220,9 @@ fn projected_area_is_the_shoelace_sum_of_projected_vertices() {
         let weighted = placed
             .vertices()
             .iter()
-            .fold(Vec3::default(), |sum, &v| sum + (v - point).normalize_or_zero())
+            .fold(Vec3::default(), |sum, &v| {
+                sum + (v - point).normalize_or_zero()
+            })
             .normalize_or_zero();
         for (i, basis) in BASES.into_iter().enumerate() {
             let inputs = (case, basis, &placed, point, normal);
@@ -202,7 +233,10 @@ fn projected_area_is_the_shoelace_sum_of_projected_vertices() {
                 // Its own test tells whether it is right.
                 ProjectionBasis::Optimal => axis,
             };
-            assert!((axis - expected).length() < 1e-9, "{expected:?} {inputs:#?}");
+            assert!(
+                (axis - expected).length() < 1e-9,
+                "{expected:?} {inputs:#?}"
+            );
             let bias = match basis {
                 ProjectionBasis::Biased { bias } => axis * bias,
                 _ => Vec3::default(),
@@ -236,7 +270,10 @@ fn projected_area_is_the_shoelace_sum_of_projected_vertices() {
             let (center, radius) = light.circumscribed_circle();
             let ramp = (normal.dot(center - point) / radius * 0.5 + 0.5).clamp(0.0, 1.0);
             let got = projected_area(&light, point, normal, basis, LocalOcclusion::Circle);
-            assert!((got - area * ramp).abs() < tolerance, "{got} is not {area} {ramp}; {inputs:#?}");
+            assert!(
+                (got - area * ramp).abs() < tolerance,
+                "{got} is not {area} {ramp}; {inputs:#?}"
+            );
             compared[i] += 1;
         }
     }
@@ -255,8 +292,7 @@ fn cross_section(light: &Polygon, point: Vector, axis: Vector) -> (f64, [f64; 2]
             [x.dot(v) / axis.dot(v), y.dot(v) / axis.dot(v)]
         });
         let [a, b, c] = flat;
-        let weight = 0.5
-            * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
+        let weight = 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])).abs();
         area += weight;
         for k in 0..2 {
             let total = a[k] + b[k] + c[k];
@@ -293,8 +329,14 @@ fn optimal_axis_meets_the_centroid_of_its_section_near_and_far() {
         let (area, [x, y], moment) = cross_section(&truth, point, axis);
         let off = x.hypot(y) / (1.0 + moment);
         worst = worst.max(off);
-        assert!(off < 3e-6, "the centroid is {off:e} off the axis; {inputs:#?}");
-        assert!((pyramid.area / area - 1.0).abs() < 1e-6, "{pyramid:?} {area} {inputs:#?}");
+        assert!(
+            off < 3e-6,
+            "the centroid is {off:e} off the axis; {inputs:#?}"
+        );
+        assert!(
+            (pyramid.area / area - 1.0).abs() < 1e-6,
+            "{pyramid:?} {area} {inputs:#?}"
+        );
         assert!((pyramid.moment_trace - moment).abs() < 1e-6 * (1.0 + moment));
 
         let exact = solid_angle(&light, point);
@@ -340,9 +382,8 @@ fn in_triangles(light: &Polygon, hit: Vector) -> bool {
     light.triangles().any(|triangle| {
         let [a, b, c] = triangle.map(Vec3::from);
         let normal = (b - a).cross(c - a);
-        let inside = |&(from, to): &(Vector, Vector)| {
-            (to - from).cross(hit - from).dot(normal) >= 0.0
-        };
+        let inside =
+            |&(from, to): &(Vector, Vector)| (to - from).cross(hit - from).dot(normal) >= 0.0;
         // Collinear vertices make triangles that contain nothing, and have no normal to say so.
         normal.length() > 1e-14 && [(a, b), (b, c), (c, a)].iter().all(inside)
     })
@@ -354,7 +395,11 @@ fn reflected_inclusion_is_inclusion_in_the_triangles() {
     let mut counts = [0; 2];
     for case in 0..20_000 {
         let placed = Placed::random(case % KINDS, &mut random);
-        let sides = if case % 2 == 0 { Sides::Front } else { Sides::Both };
+        let sides = if case % 2 == 0 {
+            Sides::Front
+        } else {
+            Sides::Both
+        };
         let light = placed.light(sides);
         let truth = Polygon::new(&placed.loops, sides == Sides::Both).unwrap();
         let side = if random.chance(0.8) { 1.0 } else { -1.0 };
@@ -385,7 +430,10 @@ fn reflected_inclusion_is_inclusion_in_the_triangles() {
         let expected = f64::from(u8::from(expected));
         for rule in [InclusionRule::CrossingNumber, InclusionRule::WindingNumber] {
             let got = reflected_inclusion(&light, point, normal, view, rule);
-            assert_eq!(got, expected, "{rule:?} {case} {placed:#?} {point:?} {normal:?} {view:?}");
+            assert_eq!(
+                got, expected,
+                "{rule:?} {case} {placed:#?} {point:?} {normal:?} {view:?}"
+            );
         }
         counts[expected as usize] += 1;
     }

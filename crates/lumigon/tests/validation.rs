@@ -47,7 +47,10 @@ fn check(loops: &[Vec<[f64; 3]>]) -> Result<(), TestCaseError> {
     prop_assert!(center.x.is_finite() && center.y.is_finite() && center.z.is_finite());
     let centroid = light.centroid();
     prop_assert!(centroid.x.is_finite() && centroid.y.is_finite() && centroid.z.is_finite());
-    prop_assert_eq!(light.vertex_count(), loops.iter().map(Vec::len).sum::<usize>());
+    prop_assert_eq!(
+        light.vertex_count(),
+        loops.iter().map(Vec::len).sum::<usize>()
+    );
     // Vertices lie in the circle and the plane: what the clip's early-outs rely on.
     for vertex in light.loops().flatten() {
         let offset = (vertex - center) * (1.0 / radius);
