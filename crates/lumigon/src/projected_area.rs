@@ -205,6 +205,8 @@ pub struct Pyramid<T> {
 impl<T: Real> Pyramid<T> {
     /// The pyramid over a light seen from `point`; of both sides of its plane alike.
     ///
+    /// Flat (all 0) from within the light's plane and from farther than 1e9 radii.
+    ///
     /// Newton's method, stopped when the centroid is within 2e-6 of the axis (relative to the
     /// cross-section's spread) or after 24 steps.
     #[inline(always)]
@@ -254,11 +256,13 @@ impl<T: Real> Pyramid<T> {
                 break;
             }
         }
+        let determinant = section.xx * section.yy - section.xy * section.xy;
+        let mask = seen.in_reach;
         Self {
-            axis,
-            area: section.area,
-            moment_trace: section.xx + section.yy,
-            moment_determinant: (section.xx * section.yy - section.xy * section.xy).max(zero),
+            axis: Vec3::select(mask, axis, seen.away),
+            area: T::select(mask, section.area, zero),
+            moment_trace: T::select(mask, (section.xx + section.yy).max(zero), zero),
+            moment_determinant: T::select(mask, determinant.max(zero), zero),
         }
     }
 
@@ -277,16 +281,16 @@ impl<T: Real> Pyramid<T> {
         (self.area * ratio / q.sqrt()).min(self.solid_angle_bounds().1)
     }
 
-    /// Rigorous lower and upper bound of the solid angle in sr.
+    /// Rigorous lower and upper bound of the solid angle in sr, but for rounding.
     #[inline(always)]
     pub fn solid_angle_bounds(&self) -> (T, T) {
         let one = self.area.constant(1.0);
         let spread = one + self.moment_trace;
         let s = (one + self.area * self.area.constant(core::f64::consts::FRAC_1_PI)).sqrt();
-        (
-            self.area / (spread * spread.sqrt()),
-            (self.area + self.area) / (s + s * s),
-        )
+        let greatest = (self.area + self.area) / (s + s * s);
+        let least = self.area / (spread * spread.sqrt());
+        // Almost in the light's plane single precision loses the moment before the area.
+        (least.min(greatest), greatest)
     }
 }
 
