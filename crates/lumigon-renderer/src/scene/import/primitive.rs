@@ -13,6 +13,10 @@ use super::{
 };
 use crate::scene::{Mesh, error::Fault};
 
+/// The largest world coordinate in metres. Six times the distance to the Sun, and yet the surface
+/// areas that the rays' hierarchy adds up stay far below the end of f32.
+const FARTHEST: f32 = 1e12;
+
 /// A mesh in world space, and its positions before they were rounded to f32.
 pub(super) struct Primitive {
     pub(super) mesh: Mesh,
@@ -203,11 +207,15 @@ impl Local {
             .fold(0.0, |m: f32, x| m.max(x.abs()));
         let noise = f64::from(largest) * f64::from(f32::EPSILON) * 0.5 * scale;
         let rounded: Vec<Vec3> = positions.iter().map(|p| p.as_vec3()).collect();
-        if let Some(vertex) = rounded.iter().position(|p| !p.is_finite()) {
+        let within = |p: &Vec3| p.abs().max_element() <= FARTHEST;
+        if let Some(vertex) = rounded.iter().position(|p| !(p.is_finite() && within(p))) {
             return Err(Fault::new(
                 format!("{place}.attributes.POSITION"),
-                format!("vertex {vertex} is not finite in the world"),
-                "use finite positions and transforms",
+                format!(
+                    "vertex {vertex} is at {} in the world, which is not finite or beyond {FARTHEST:e} m",
+                    rounded[vertex]
+                ),
+                "use finite positions and transforms, in metres",
             ));
         }
         // Where a mirror turns triangles over, they are turned back.

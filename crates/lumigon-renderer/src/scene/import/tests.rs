@@ -594,7 +594,7 @@ fn default_scene_is_drawn() {
 #[test]
 fn broken_documents_name_their_place() {
     type Break = fn(&mut Document);
-    let cases: [(&str, Break); 24] = [
+    let cases: [(&str, Break); 25] = [
         ("nodes[0]", |d| d.json["nodes"][0]["mesh"] = json!(3)),
         ("scenes[0].nodes[0]", |d| d.json["nodes"] = json!([])),
         ("nodes[0].children[0]", |d| {
@@ -605,6 +605,9 @@ fn broken_documents_name_their_place() {
         }),
         ("nodes[0]", |d| {
             d.json["nodes"] = json!([{"scale": [1e39, 1, 1]}]);
+        }),
+        ("meshes[0].primitives[0].attributes.POSITION", |d| {
+            d.json["nodes"] = json!([{"mesh": 0, "scale": [1e20, 1, 1]}]);
         }),
         ("nodes[0].matrix", |d| {
             d.json["nodes"] = json!([{"matrix": [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1]}]);
