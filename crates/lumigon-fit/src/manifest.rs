@@ -43,8 +43,8 @@ pub struct Manifest {
     pub settings: Settings,
     /// Errors on lights it wasn't fitted to, perceptual roughness 0.1 to 1.
     pub errors: ErrorReport,
-    /// The same at perceptual roughness 0.02 to 0.1, where interpolation between the view angles
-    /// limits what any table of this size reaches.
+    /// The same at perceptual roughness 0.02 to 0.1, where lobes are narrow against the
+    /// step between two view angles of the table.
     pub errors_smooth: ErrorReport,
 }
 
