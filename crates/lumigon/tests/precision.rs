@@ -59,7 +59,7 @@ impl Worst {
 
     fn see(&mut self, error: f64, at: impl FnOnce() -> String) {
         // A NaN is worse than anything.
-        if !(error <= self.error) {
+        if error.is_nan() || error > self.error {
             self.error = error;
             self.at = at();
         }
