@@ -1,5 +1,7 @@
 //! Mutations: what disks, networks and people do to files, and what fuzzers do.
 
+use std::ops::Range;
+
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -51,16 +53,25 @@ impl<'a> Mutator<'a> {
         Self { seeds, tokens }
     }
 
-    /// The `index`th input: a seed with one to six mutations.
+    /// The `index`th input: a seed with a few mutations. Most inputs keep the syntax of JSON, or
+    /// nothing behind the parser would ever be reached.
     pub(super) fn input(&self, index: u64) -> Vec<u8> {
         let mut rng = Pcg64Mcg::seed_from_u64(index);
         let mut input = self.seed(&mut rng).clone();
-        for _ in 0..rng.random_range(1..=6) {
-            self.mutate(&mut input, &mut rng);
+        let keeps_syntax = rng.random_bool(0.75);
+        for _ in 0..rng.random_range(1..=4) {
+            if input.is_empty() {
+                input.push(rng.random());
+            }
+            if keeps_syntax {
+                self.mutate_values(&mut input, &mut rng);
+            } else {
+                self.mutate_bytes(&mut input, &mut rng);
+            }
         }
         input.truncate(LONGEST);
         // Most mutations change the length, and a container that fails there tests no more.
-        if rng.random_bool(0.8) {
+        if keeps_syntax || rng.random_bool(0.5) {
             mend_glb(&mut input);
         }
         input
@@ -70,67 +81,128 @@ impl<'a> Mutator<'a> {
         &self.seeds[rng.random_range(0..self.seeds.len())]
     }
 
-    fn mutate(&self, input: &mut Vec<u8>, rng: &mut Pcg64Mcg) {
-        if input.is_empty() {
-            input.push(rng.random());
+    /// Numbers for numbers, strings for strings, a field more, and anything for binary data.
+    fn mutate_values(&self, input: &mut Vec<u8>, rng: &mut Pcg64Mcg) {
+        let json_end = find(input, b"BIN\0").unwrap_or(input.len());
+        if json_end < input.len() && rng.random_bool(0.3) {
+            let at = rng.random_range(json_end..input.len());
+            mutate_word(input, at, rng);
+            return;
         }
+        let at = rng.random_range(0..json_end);
+        let other = rng.random_range(0..json_end);
+        match rng.random_range(0..10) {
+            0..3 => {
+                if let Some(to) = number_after(input, at) {
+                    let edge = EDGES[rng.random_range(0..EDGES.len())];
+                    input.splice(to, edge.iter().copied());
+                }
+            }
+            3..6 => {
+                if let (Some(to), Some(from)) =
+                    (number_after(input, at), number_after(input, other))
+                {
+                    let number = input[from].to_vec();
+                    input.splice(to, number);
+                }
+            }
+            6 => {
+                // A neighbour: one less is an index still in range, one more may not be.
+                if let Some(to) = number_after(input, at)
+                    && let Some(digit) = input[to].last_mut()
+                    && digit.is_ascii_digit()
+                {
+                    *digit = if *digit == b'9' { b'0' } else { *digit + 1 };
+                }
+            }
+            7 => {
+                if let (Some(to), Some(from)) =
+                    (string_after(input, at), string_after(input, other))
+                {
+                    let string = input[from].to_vec();
+                    input.splice(to, string);
+                }
+            }
+            _ => {
+                let fields: Vec<_> = self.tokens.iter().filter(|t| t.contains(&b':')).collect();
+                if let Some(brace) = input[at..json_end].iter().position(|&byte| byte == b'{')
+                    && !fields.is_empty()
+                {
+                    let mut field = fields[rng.random_range(0..fields.len())].clone();
+                    field.push(b',');
+                    input.splice(at + brace + 1..at + brace + 1, field);
+                }
+            }
+        }
+    }
+
+    /// What disks and wires do.
+    fn mutate_bytes(&self, input: &mut Vec<u8>, rng: &mut Pcg64Mcg) {
         let at = rng.random_range(0..input.len());
         let end = (at + rng.random_range(1..=16)).min(input.len());
-        match rng.random_range(0..20) {
-            0..3 => input[at] ^= 1 << rng.random_range(0..8),
-            3 => input[at] = rng.random(),
-            4 => input.truncate(at),
-            5 => drop(input.drain(at..end)),
-            6 => {
+        match rng.random_range(0..10) {
+            0..2 => input[at] ^= 1 << rng.random_range(0..8),
+            2 => input[at] = rng.random(),
+            3 => input.truncate(at),
+            4 => drop(input.drain(at..end)),
+            5 => {
                 let piece = input[at..end].to_vec();
                 let to = rng.random_range(0..=input.len());
                 input.splice(to..to, piece);
             }
-            7 => {
+            6 => {
                 let other = self.seed(rng);
                 let from = rng.random_range(0..other.len());
                 input.truncate(at);
                 input.extend_from_slice(&other[from..]);
             }
-            8..10 => {
-                let at = at & !3;
-                if let Some(word) = input.get_mut(at..at + 4) {
-                    let edge = WORDS[rng.random_range(0..WORDS.len())];
-                    word.copy_from_slice(&edge.to_le_bytes());
-                }
-            }
-            10..15 => {
-                // A whole number of the text for one at the edge of a type.
-                let is_number = |byte: &u8| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'+' | b'e');
-                let Some(start) = input[at..].iter().position(is_number) else {
-                    return;
-                };
-                let start = at + start;
-                let length = input[start..].iter().take_while(|byte| is_number(byte));
-                let end = start + length.count();
-                let number = EDGES[rng.random_range(0..EDGES.len())];
-                input.splice(start..end, number.iter().copied());
-            }
-            15..18 if !self.tokens.is_empty() => {
+            7 => mutate_word(input, at, rng),
+            _ if self.tokens.is_empty() => {}
+            _ => {
                 let token = &self.tokens[rng.random_range(0..self.tokens.len())];
                 let replaced = if rng.random() { at } else { end };
                 input.splice(at..replaced, token.iter().copied());
             }
-            _ => {
-                // One token's place taken by another of the file's own.
-                let quoted = |from: usize| {
-                    let open = from + input[from..].iter().position(|&byte| byte == b'"')?;
-                    let length = input[open + 1..].iter().position(|&byte| byte == b'"')?;
-                    Some(open..open + length + 2)
-                };
-                let other = rng.random_range(0..input.len());
-                if let (Some(to), Some(from)) = (quoted(at), quoted(other)) {
-                    let piece = input[from].to_vec();
-                    input.splice(to, piece);
-                }
-            }
         }
     }
+}
+
+/// A little-endian word of binary data becomes one at the edge of its type.
+fn mutate_word(input: &mut [u8], at: usize, rng: &mut Pcg64Mcg) {
+    let at = at & !3;
+    if let Some(word) = input.get_mut(at..at + 4) {
+        let edge = WORDS[rng.random_range(0..WORDS.len())];
+        word.copy_from_slice(&edge.to_le_bytes());
+    }
+}
+
+/// The first JSON number at or behind `from`. Digits within strings count too.
+fn number_after(input: &[u8], from: usize) -> Option<Range<usize>> {
+    let is_part = |byte: u8| matches!(byte, b'0'..=b'9' | b'.' | b'-' | b'+' | b'e' | b'E');
+    // Behind what separates values, so that no digit is taken out of the middle of a word.
+    let separator = |byte: &u8| matches!(byte, b':' | b',' | b'[' | b' ');
+    let start = input[from..]
+        .windows(2)
+        .position(|two| separator(&two[0]) && matches!(two[1], b'0'..=b'9' | b'-'))?;
+    let start = from + start + 1;
+    let length = input[start..]
+        .iter()
+        .take_while(|&&byte| is_part(byte))
+        .count();
+    Some(start..start + length)
+}
+
+/// The first quoted string behind `from`, with its quotes.
+fn string_after(input: &[u8], from: usize) -> Option<Range<usize>> {
+    // Only an opening quote stands behind these.
+    let opens = |two: &[u8]| matches!(two[0], b':' | b',' | b'[' | b'{') && two[1] == b'"';
+    let open = from + input[from..].windows(2).position(opens)? + 1;
+    let length = input[open + 1..].iter().position(|&byte| byte == b'"')?;
+    Some(open..open + length + 2)
+}
+
+fn find(input: &[u8], wanted: &[u8; 4]) -> Option<usize> {
+    input.windows(4).position(|four| four == wanted)
 }
 
 /// Makes the lengths in a binary glTF file fit again.
@@ -141,7 +213,7 @@ fn mend_glb(input: &mut [u8]) {
     let word = |length: usize| (length as u32).to_le_bytes();
     let total = input.len();
     input[8..12].copy_from_slice(&word(total));
-    let binary = input.windows(4).skip(20).position(|four| four == b"BIN\0");
+    let binary = find(&input[20..], b"BIN\0");
     // The chunk's length stands before its name.
     let json_end = binary.map_or(total, |at| at + 20 - 4);
     if json_end < 20 {
