@@ -40,35 +40,26 @@ pub fn irradiance<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>, norm
     }
     let offsets = Shared::new(light, point.x);
     let horizon = Above(normal);
-    let sum = if height.ge(one).all() {
-        unclipped(
-            light,
-            seen.center,
-            offsets,
-            horizon,
-            light_area(light, normal),
-        )
+    let (least, greatest) = if height.ge(one).all() {
+        (zero, one)
     } else {
-        let (least, greatest) = height_range(light, seen.center, offsets, horizon);
-        if least.ge(zero).all() {
-            unclipped(
-                light,
-                seen.center,
-                offsets,
-                horizon,
-                light_area(light, normal),
-            )
+        height_range(light, seen.center, offsets, horizon)
+    };
+    if !(visible & greatest.gt(zero)).any() {
+        return zero;
+    }
+    let whole = least.ge(zero);
+    let sum = if whole.all() {
+        let area = light_area(light, normal);
+        unclipped(light, seen.center, offsets, horizon, area)
+    } else {
+        let clipped = clipped(light, seen.center, offsets, horizon, seen.away);
+        let far = whole & squared_length(seen.center).gt(point.x.constant(FAR));
+        if far.any() {
+            let area = light_area(light, normal);
+            let whole = far_sum(light, seen.center, offsets, horizon, area);
+            T::select(far, whole, clipped)
         } else {
-            if !(seen.lit & greatest.gt(zero)).any() {
-                return zero;
-            }
-            let mut clipped = clipped(light, seen.center, offsets, horizon, seen.away);
-            let far = least.ge(zero) & squared_length(seen.center).gt(point.x.constant(FAR));
-            if far.any() {
-                let area = light_area(light, normal);
-                let sum = far_sum(light, seen.center, offsets, horizon, area);
-                clipped = T::select(far, sum, clipped);
-            }
             clipped
         }
     };
