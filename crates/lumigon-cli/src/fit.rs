@@ -116,7 +116,7 @@ impl Ggx {
             self.size,
             start.elapsed().as_secs_f64(),
         );
-        for errors in &manifest.errors {
+        for errors in [manifest.errors, manifest.errors_smooth] {
             println!(
                 "perceptual roughness {} to {}: RMSE {:.4} (Schlick-weighted {:.4}), furnace {:.3} to {:.3}",
                 errors.perceptual_roughness[0],

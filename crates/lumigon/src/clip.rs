@@ -4,6 +4,12 @@ use crate::polygon::{PolygonLight, Sides};
 use crate::real::{Mask, Real, Scalar};
 use crate::vec3::Vec3;
 
+/// In radii: from farther away a light is dark.
+///
+/// Its irradiance would be below 1e-17; products of four distances would overflow single
+/// precision at ten times as far.
+const FARTHEST: f64 = 1e9;
+
 /// A light as one shading point sees it, in units of the light's radius.
 #[derive(Clone, Copy)]
 pub(crate) struct Seen<T: Real> {
@@ -15,7 +21,9 @@ pub(crate) struct Seen<T: Real> {
     pub(crate) plane_distance: T,
     /// -1 where the point sees the front: there, loops run clockwise about `away`; else +1.
     pub(crate) orientation: T,
-    /// Whether the point is on an emitting side.
+    /// Whether the light has a solid angle: the point is off its plane and not out of reach.
+    pub(crate) in_reach: T::Mask,
+    /// Whether the point sees an emitting side.
     pub(crate) lit: T::Mask,
 }
 
@@ -31,23 +39,28 @@ impl<T: Real> Seen<T> {
         let front = distance.lt(zero);
         let one = like.constant(1.0);
         let orientation = T::select(front, -one, one);
+        let plane_distance = distance.abs();
+        // Within rounding of the plane the side is unknown: on an edge any direction might come out,
+        // and a two-sided light would fill the hemisphere of half the points of its own faces.
+        let mut in_plane = like.broadcast(light.plane_tolerance);
+        if light.sides == Sides::Both {
+            let reach = center.x.abs() + center.y.abs() + center.z.abs();
+            in_plane = reach.mul_add(
+                like.broadcast(T::Scalar::epsilon()) * like.constant(4.0),
+                in_plane,
+            );
+        }
+        let in_reach =
+            plane_distance.gt(in_plane) & center.dot(center).lt(like.constant(FARTHEST * FARTHEST));
         Self {
             center,
             away: normal * orientation,
-            plane_distance: distance.abs(),
+            plane_distance,
             orientation,
+            in_reach,
             lit: match light.sides {
-                Sides::Front => front,
-                // A point of the light's own faces is a rounding error to either side of its
-                // plane: on the wrong one the light would fill its whole hemisphere.
-                Sides::Both => {
-                    let reach = center.x.abs() + center.y.abs() + center.z.abs();
-                    let tolerance = reach.mul_add(
-                        like.constant(4.0 * T::Scalar::EPSILON),
-                        like.broadcast(light.plane_tolerance),
-                    );
-                    distance.abs().gt(tolerance)
-                }
+                Sides::Front => front & in_reach,
+                Sides::Both => in_reach,
             },
         }
     }

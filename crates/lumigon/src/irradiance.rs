@@ -15,15 +15,17 @@ use crate::real::{Mask, Real};
 use crate::vec3::Vec3;
 
 /// Farther than this squared distance (in radii) every edge subtends less than 45 degrees.
-const FAR: f64 = 7.0;
+pub(crate) const FAR: f64 = 7.0;
 
 /// Irradiance at `point` on a surface with unit `normal` from a light of radiance 1, clipped at
 /// the surface's horizon. In \[0, pi\].
 ///
-/// Exact: the error is rounding. Double precision: 1e-13 absolute. Single precision: 3e-6
-/// absolute anywhere; for a light wholly above the horizon and farther than twice its radius,
-/// 1e-6 relative over the product of the cosines at light and receiver, at any distance. 0 behind
-/// a one-sided light, in the light's plane, and for a light below the horizon.
+/// Exact: the error is rounding. Double precision: 1e-13 absolute. Single precision: 1e-6
+/// absolute over the distance from the nearest edge (in radii, at most 1); for a light wholly
+/// above the horizon and farther than twice its radius, 1e-6 relative over the product of the
+/// cosines at light and receiver, at any distance. 0 behind a one-sided light, in the light's
+/// plane (within rounding), for a light below the horizon, and farther than 1e9 radii away. A
+/// point or normal that is not a number gives 0 or NaN.
 #[inline(always)]
 pub fn irradiance<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>, normal: Vec3<T>) -> T {
     let seen = Seen::new(light, point);
@@ -38,40 +40,33 @@ pub fn irradiance<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>, norm
     }
     let offsets = Shared::new(light, point.x);
     let horizon = Above(normal);
-    let sum = if height.ge(one).all() {
-        unclipped(
-            light,
-            seen.center,
-            offsets,
-            horizon,
-            light_area(light, normal),
-        )
+    let (least, greatest) = if height.ge(one).all() {
+        (zero, one)
     } else {
-        let (least, greatest) = height_range(light, seen.center, offsets, horizon);
-        if least.ge(zero).all() {
-            unclipped(
-                light,
-                seen.center,
-                offsets,
-                horizon,
-                light_area(light, normal),
-            )
+        height_range(light, seen.center, offsets, horizon)
+    };
+    if !(visible & greatest.gt(zero)).any() {
+        return zero;
+    }
+    let whole = least.ge(zero);
+    let sum = if whole.all() {
+        let area = light_area(light, normal);
+        unclipped(light, seen.center, offsets, horizon, area)
+    } else {
+        let clipped = clipped(light, seen.center, offsets, horizon, seen.away);
+        let far = whole & squared_length(seen.center).gt(point.x.constant(FAR));
+        if far.any() {
+            let area = light_area(light, normal);
+            let whole = far_sum(light, seen.center, offsets, horizon, area);
+            T::select(far, whole, clipped)
         } else {
-            if !(seen.lit & greatest.gt(zero)).any() {
-                return zero;
-            }
-            let mut clipped = clipped(light, seen.center, offsets, horizon, seen.away);
-            let far = least.ge(zero) & squared_length(seen.center).gt(point.x.constant(FAR));
-            if far.any() {
-                let area = light_area(light, normal);
-                let sum = far_sum(light, seen.center, offsets, horizon, area);
-                clipped = T::select(far, sum, clipped);
-            }
             clipped
         }
     };
-    let value = (sum * seen.orientation * point.x.constant(0.5)).max(zero);
-    T::select(visible, value, zero)
+    let value = sum * seen.orientation * point.x.constant(0.5);
+    // Next to an edge rounding turns the edge's plane, and the sum might pass its bounds.
+    let pi = point.x.constant(core::f64::consts::PI);
+    T::select(visible, value.max(zero).min(pi), zero)
 }
 
 /// [`irradiance`] over pi: the fraction of a Lambertian receiver's hemisphere, cosine-weighted,
@@ -120,8 +115,7 @@ pub fn light_vector<T: Real>(light: &PolygonLight<T::Scalar>, point: Vec3<T>) ->
         );
         sum = Vec3::select(far, far_sum, sum);
     }
-    let weight = T::select(seen.lit, seen.orientation * point.x.constant(0.5), zero);
-    sum * weight
+    finished(sum, &seen)
 }
 
 /// The light vector of the part of the light above the horizon of a surface with unit `normal`.
@@ -150,8 +144,29 @@ pub fn light_vector_above<T: Real>(
         #[inline(always)]
         |crossing, sign| along_horizon = compass.azimuth(crossing).mul_add(sign, along_horizon),
     );
-    let weight = T::select(seen.lit, seen.orientation * point.x.constant(0.5), zero);
-    normal.mul_add(along_horizon, sum) * weight
+    finished(normal.mul_add(along_horizon, sum), &seen)
+}
+
+/// The light vector from twice its sum: turned with the light's loops, and within its bounds.
+#[inline(always)]
+fn finished<T: Real>(sum: Vec3<T>, seen: &Seen<T>) -> Vec3<T> {
+    let like = seen.plane_distance;
+    let zero = like.constant(0.0);
+    let dark = Vec3::new(zero, zero, zero);
+    let mut vector = Vec3::select(
+        seen.lit,
+        sum * (seen.orientation * like.constant(0.5)),
+        dark,
+    );
+    // Next to an edge rounding turns the edge's plane, and the sum might become too long.
+    let squared = squared_length(vector);
+    let pi = like.constant(core::f64::consts::PI);
+    let too_long = squared.gt(pi * pi);
+    if too_long.any() {
+        let shorter = pi / squared.sqrt();
+        vector = vector * T::select(too_long, shorter, like.constant(1.0));
+    }
+    vector
 }
 
 #[inline(always)]

@@ -42,6 +42,7 @@ mod ltc;
 mod ltc_table;
 mod polygon;
 mod projected_area;
+mod pyramid;
 mod real;
 mod reflection;
 mod solid_angle;
@@ -55,9 +56,8 @@ pub use light_direction::{LightDirection, circle_occlusion, clip_loop, light_dir
 pub use ltc::{Ltc, PreparedLtc, ltc_form_factor};
 pub use ltc_table::{LtcTable, LtcTableError};
 pub use polygon::{PLANARITY_TOLERANCE, PolygonError, PolygonLight, Sides};
-pub use projected_area::{
-    LocalOcclusion, ProjectionBasis, Pyramid, projected_area, projection_axis,
-};
+pub use projected_area::{LocalOcclusion, ProjectionBasis, projected_area, projection_axis};
+pub use pyramid::Pyramid;
 pub use real::{Mask, Real, Scalar};
 pub use reflection::{InclusionRule, reflected_inclusion};
 pub use solid_angle::{solid_angle, solid_angle_above};

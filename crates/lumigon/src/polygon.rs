@@ -302,7 +302,7 @@ impl<S: Scalar> PolygonLight<S> {
 /// What rounding coordinates to `S` may move a point near the light, in radii.
 fn plane_tolerance<S: Scalar>(center: Vec3<f64>, radius: f64) -> f64 {
     let size = center.x.abs() + center.y.abs() + center.z.abs();
-    4.0 * S::EPSILON * (1.0 + size / radius)
+    4.0 * S::epsilon().to_f64() * (1.0 + size / radius)
 }
 
 fn validate(loops: &[&[[f64; 3]]]) -> Result<(), PolygonError> {

@@ -105,18 +105,18 @@ pub trait Real:
 
 /// A [`Real`] of one lane: what lights are stored in.
 pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialOrd + Default + Debug {
-    /// Distance from 1 to the next number.
-    const EPSILON: f64;
-
     /// Nearest value to a literal.
     fn from_f64(value: f64) -> Self;
     /// The value as f64, exactly for f32 and f64.
     fn to_f64(self) -> f64;
+    /// Distance from 1 to the next number.
+    #[inline(always)]
+    fn epsilon() -> Self {
+        Self::from_f64(f64::EPSILON)
+    }
 }
 
 impl Scalar for f32 {
-    const EPSILON: f64 = f32::EPSILON as f64;
-
     #[inline(always)]
     fn from_f64(value: f64) -> f32 {
         value as f32
@@ -125,11 +125,13 @@ impl Scalar for f32 {
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
+    #[inline(always)]
+    fn epsilon() -> f32 {
+        f32::EPSILON
+    }
 }
 
 impl Scalar for f64 {
-    const EPSILON: f64 = f64::EPSILON;
-
     #[inline(always)]
     fn from_f64(value: f64) -> f64 {
         value

@@ -96,8 +96,6 @@ impl Real for Counted {
 }
 
 impl Scalar for Counted {
-    const EPSILON: f64 = f32::EPSILON as f64;
-
     fn from_f64(value: f64) -> Self {
         Self(value as f32)
     }

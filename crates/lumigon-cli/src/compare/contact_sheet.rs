@@ -10,9 +10,10 @@ use super::label::Label;
 /// Columns of the sheet: a reference, and four methods beside it.
 pub(super) const COLUMNS: u32 = 5;
 const GAP: u32 = 20;
+const THUMBNAIL: u32 = 480;
 const MARGIN: u32 = 36;
 const LINE: u32 = 32;
-const TITLE: f32 = 25.0;
+const TITLE: f32 = 24.0;
 const SMALL: f32 = 21.0;
 
 const PAPER: Rgb<u8> = Rgb([23, 25, 30]);
@@ -45,11 +46,10 @@ pub(super) struct Cell {
     pub(super) numbers: String,
 }
 
-/// The size that a picture of `size` has on the sheet: 320 to 480 pixels across, and no more than
-/// 640 down.
+/// The size that a picture has on the sheet: 480 pixels across, or 640 down where that is less.
 pub(super) fn thumbnail_size((width, height): (u32, u32)) -> (u32, u32) {
     let (w, h) = (f64::from(width.max(1)), f64::from(height.max(1)));
-    let scale = (w.clamp(320.0, 480.0) / w).min(640.0 / h);
+    let scale = (f64::from(THUMBNAIL) / w).min(640.0 / h);
     let side = |length: f64| (length * scale).round().max(1.0) as u32;
     (side(w), side(h))
 }
@@ -83,7 +83,7 @@ pub(super) fn contact_sheet(
             (w.max(width), h.max(height))
         });
     // Portrait pictures are narrower than their words.
-    let column = picture_width.max(320);
+    let column = picture_width.max(THUMBNAIL);
     let row = 2 * picture_height + 2 * LINE + 6 + GAP;
     let width = 2 * MARGIN + COLUMNS * column + (COLUMNS - 1) * GAP;
     let header = MARGIN + 104;
@@ -235,10 +235,9 @@ mod tests {
     #[test]
     fn thumbnails_keep_their_aspect() {
         assert_eq!(thumbnail_size((720, 450)), (480, 300));
-        assert_eq!(thumbnail_size((96, 60)), (320, 200));
-        assert_eq!(thumbnail_size((400, 250)), (400, 250));
-        let (width, height) = thumbnail_size((1, 32_768));
-        assert!(width == 1 && height == 640);
+        assert_eq!(thumbnail_size((96, 60)), (480, 300));
+        assert_eq!(thumbnail_size((480, 960)), (320, 640));
+        assert_eq!(thumbnail_size((1, 32_768)), (1, 640));
         assert_eq!(thumbnail_size((32_768, 1)), (480, 1));
     }
 

@@ -32,7 +32,7 @@ impl Part {
     /// What comes after a reference's name.
     pub(super) fn suffix(self) -> &'static str {
         match self {
-            Self::Radiance => "",
+            Self::Radiance => " without shadows",
             Self::Diffuse => ", diffuse part",
             Self::Specular => ", specular part",
         }

@@ -441,7 +441,7 @@ impl Reference {
 fn section(part: Part, truth: &Truth) -> Section {
     let cell = Cell {
         id: part.id(),
-        title: format!("{}{}", Reference::title(false), part.suffix()),
+        title: format!("Reference{}", part.suffix()),
         picture: thumbnail(&truth.shown),
         difference: None,
         numbers: format!("noise {} of its mean", percent(truth.noise.relative)),
@@ -496,9 +496,8 @@ fn with_numbers(sections: [Section; 3], records: &[MethodRecord]) -> [Section; 3
 
 fn facts(command: &Compare, machine: &Machine) -> String {
     format!(
-        "{}, {} camera rays a pixel; references with {} paths a pixel; {} threads of {}. Below \
-         each picture: its difference from the reference without shadows; relative RMSE, FLIP and \
-         render time.",
+        "{}, {} camera rays a pixel; references with {} paths a pixel; {} threads of {}. Below each \
+         picture: its difference from the reference without shadows, relative RMSE, FLIP, time.",
         command.size,
         command.samples,
         command.spp,

@@ -61,6 +61,9 @@ pub(crate) type Outlines = Vec<Vec<[f64; 2]>>;
 /// Number of [`outlines`]' kinds.
 pub(crate) const KINDS: usize = 10;
 
+/// The kind that has hardly any width.
+pub(crate) const SLIVER: usize = 6;
+
 /// A random simple polygon of the given kind.
 pub(crate) fn outlines(kind: usize, random: &mut Random) -> Outlines {
     match kind {
@@ -90,8 +93,7 @@ pub(crate) fn outlines(kind: usize, random: &mut Random) -> Outlines {
             }
             loops
         }
-        // Slivers.
-        6 => {
+        SLIVER => {
             let width = random.log_range(1e-6, 1e-1);
             vec![vec![
                 [-1.0, 0.0],
