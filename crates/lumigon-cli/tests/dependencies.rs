@@ -51,7 +51,12 @@ fn deny() -> Deny {
 
 fn packages() -> Vec<Package> {
     let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--locked", "--all-features", "--format-version=1"])
+        .args([
+            "metadata",
+            "--locked",
+            "--all-features",
+            "--format-version=1",
+        ])
         .current_dir(repository())
         .output()
         .unwrap();
@@ -112,7 +117,10 @@ fn licences_and_sources_are_allowed() {
     // Permissions that nobody needs are taken back.
     let names: HashSet<&str> = packages.iter().map(|p| p.name.as_str()).collect();
     for name in exceptions.keys() {
-        assert!(names.contains(name.as_str()), "no dependency is {name} any more");
+        assert!(
+            names.contains(name.as_str()),
+            "no dependency is {name} any more"
+        );
     }
 }
 
