@@ -11,7 +11,7 @@ fn mutated_lines_never_panic_hang_or_take_memory() {
         name: "eval",
         seeds: &["fuzz/seeds/eval"],
         dictionary: "fuzz/dictionaries/eval.dict",
-        inputs: 20_000,
+        inputs: 400_000,
     }
     .run(property::eval);
 }
