@@ -17,7 +17,8 @@ pub(super) fn percent(fraction: Option<f64>) -> String {
         Some(p) if p.abs() < 1.0 => format!("{p:.3} %"),
         Some(p) if p.abs() < 10.0 => format!("{p:.2} %"),
         Some(p) if p.abs() < 100.0 => format!("{p:.1} %"),
-        Some(p) => format!("{p:.0} %"),
+        Some(p) if p.abs() < 1e5 => format!("{p:.0} %"),
+        Some(p) => format!("{p:.1e} %"),
     }
 }
 
@@ -46,6 +47,7 @@ mod tests {
             (-0.0123, "-1.23 %"),
             (0.123, "12.3 %"),
             (12.3, "1230 %"),
+            (52_137.73, "5.2e6 %"),
         ] {
             assert_eq!(percent(Some(fraction)), text);
         }
