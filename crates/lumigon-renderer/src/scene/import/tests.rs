@@ -603,7 +603,7 @@ fn broken_documents_name_their_place() {
         ("nodes[1].children[0]", |d| {
             d.json["nodes"] = json!([{"children": [1]}, {"children": [0]}]);
         }),
-        ("nodes[0]", |d| {
+        ("nodes[0].scale[0]", |d| {
             d.json["nodes"] = json!([{"scale": [1e39, 1, 1]}]);
         }),
         ("meshes[0].primitives[0].attributes.POSITION", |d| {
