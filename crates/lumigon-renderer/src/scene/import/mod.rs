@@ -79,7 +79,8 @@ fn parse(text: &[u8], limits: &Limits) -> Result<json::Root, Fault> {
     let root: json::Root =
         serde_path_to_error::deserialize(&mut deserializer).map_err(|error| {
             let place = error.path().to_string();
-            let place = if place == "." {
+            // A key may be the empty string.
+            let place = if place == "." || place.is_empty() {
                 "JSON".to_owned()
             } else {
                 place
