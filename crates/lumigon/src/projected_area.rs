@@ -184,7 +184,7 @@ fn area_above<T: Real>(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::{Sides, solid_angle};
     use alloc::vec;
@@ -199,7 +199,7 @@ mod tests {
     ];
 
     /// A concave outline with a hole, above the plane z = 0, facing down.
-    fn frame(height: f64, tilt: f64) -> PolygonLight<f64> {
+    pub(crate) fn frame(height: f64, tilt: f64) -> PolygonLight<f64> {
         let ring = |points: &[[f64; 2]]| -> Vec<[f64; 3]> {
             points
                 .iter()

@@ -220,28 +220,9 @@ impl<T: Real> Section<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::projected_area::tests::frame;
     use crate::{Sides, solid_angle};
     use alloc::vec;
-    use alloc::vec::Vec;
-
-    /// A concave outline with a hole, above the plane z = 0, facing down.
-    fn frame(height: f64, tilt: f64) -> PolygonLight<f64> {
-        let ring = |points: &[[f64; 2]]| -> Vec<[f64; 3]> {
-            points
-                .iter()
-                .map(|p| [p[0], p[1], height + tilt * p[0]])
-                .collect()
-        };
-        let outline = ring(&[
-            [-1.0, -1.0],
-            [-1.2, 1.0],
-            [0.1, 0.5],
-            [1.0, 1.1],
-            [1.0, -1.0],
-        ]);
-        let hole = ring(&[[-0.5, -0.5], [0.4, -0.5], [0.2, 0.1]]);
-        PolygonLight::new(&[outline, hole], Sides::Front).unwrap()
-    }
 
     #[test]
     fn optimal_axis_passes_through_its_sections_centroid() {
