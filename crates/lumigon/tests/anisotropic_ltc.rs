@@ -72,7 +72,7 @@ fn scene(case: usize, random: &mut Random) -> (Placed, Vector, Vector) {
     let placed = Placed::random(case % KINDS, random);
     let height = random.log_range(0.1, 5.0);
     let point = placed.at(random.range(-2.0, 2.0), random.range(-2.0, 2.0), height);
-    let normal = if case % 2 == 0 {
+    let normal = if case.is_multiple_of(2) {
         let inside = placed.at(random.range(-0.6, 0.6), random.range(-0.6, 0.6), 0.0);
         let (s, t) = (inside - point).normalize_or_zero().orthonormal_basis();
         let (sin, cos) = random.range(0.0, std::f64::consts::TAU).sin_cos();
