@@ -11,7 +11,7 @@ fn main() {
         ("floor", Settings { floor: 0.02, secondary: 0.2, ..base.clone() }),
         ("cosine", Settings { cosine: true, ..base.clone() }),
         ("two", Settings { lobes: 2, ..base.clone() }),
-        ("two16", Settings { lobes: 2, size: 16, ..base.clone() }),
+        ("two16", Settings { lobes: 2, size: 16, sweeps: 5, ..base.clone() }), ("two", Settings { lobes: 2, sweeps: 5, ..base.clone() }), ("two16w", Settings { lobes: 2, size: 16, sweeps: 8, smoothing: 0.02, ..base.clone() }), ("two16s", Settings { lobes: 2, size: 16, sweeps: 6, smoothing: 0.06, ..base.clone() }),
         ("charlie", Settings { brdf: BrdfKind::Charlie, ..base.clone() }),
         ("charliec", Settings { brdf: BrdfKind::Charlie, cosine: true, ..base.clone() }),
         ("charlie2", Settings { brdf: BrdfKind::Charlie, lobes: 2, ..base.clone() }),

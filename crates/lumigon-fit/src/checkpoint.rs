@@ -8,7 +8,7 @@ use crate::{coordinates::Coordinates, fit::Lobes, settings::Settings};
 pub struct Checkpoint {
     /// The settings, in their serialised form.
     settings: String,
-    /// 0 for the march, then the number of the sweep.
+    /// 0 for the march, then two a sweep.
     pass: usize,
     /// The pass before, whole.
     previous: Vec<Bits>,
@@ -44,7 +44,7 @@ impl Checkpoint {
         };
         let current = self.current.iter().all(|bits| bits.is_empty() || whole(bits));
         let counts = self.previous.len() == count && self.current.len() == count;
-        let pass = self.pass <= settings.sweeps as usize + 1;
+        let pass = self.pass <= 2 * settings.sweeps as usize + 1;
         if previous && current && counts && pass {
             Ok(())
         } else {

@@ -1,6 +1,6 @@
-use std::sync::Arc;
+use std::{rc::Rc, sync::Arc};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::{
     brdf::Brdf,
@@ -75,7 +75,11 @@ impl DensityResiduals {
 }
 
 impl Residuals for DensityResiduals {
-    fn evaluate(&self, lobes: &[Ltc], residuals: &mut Vec<f64>) {
+    fn of_matrix(&self, _: &DMat3) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn evaluate(&self, lobes: &[Ltc], _: &[Rc<Vec<f64>>], residuals: &mut Vec<f64>) {
         for light in &self.lights {
             residuals.push(match *light {
                 Some((light, value, pdf)) => self.residual(lobes, light, value, pdf),
@@ -91,7 +95,7 @@ impl Residuals for DensityResiduals {
     }
 
     /// In proportion to the amplitudes.
-    fn complete(&self, lobes: &mut [Ltc]) {
+    fn complete(&self, lobes: &mut [Ltc], _: &[Rc<Vec<f64>>]) {
         let total: f64 = lobes.iter().map(|lobe| lobe.amplitude).sum();
         for lobe in lobes {
             lobe.secondary = self.secondary_albedo * lobe.amplitude / total.max(1e-300);

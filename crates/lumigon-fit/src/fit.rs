@@ -1,3 +1,4 @@
+use std::cell::RefCell;
 use std::{
     path::PathBuf,
     sync::{
@@ -15,7 +16,7 @@ use crate::{
     least_squares::least_squares,
     ltc::Ltc,
     node::Node,
-    objective::{Objective, Residuals},
+    objective::{Objective, Parts, Residuals},
     settings::Settings,
     table::Table,
 };
@@ -85,7 +86,7 @@ impl Problem {
         &self,
         settings: &Settings,
         start: &[Coordinates],
-        pull: Option<&[Coordinates]>,
+        pull: Option<(&[Coordinates], f64)>,
     ) -> (Lobes, f64) {
         let free = settings
             .parametrisation
@@ -100,14 +101,16 @@ impl Problem {
             }
             lobes
         };
+        let parts = RefCell::new(Parts::default());
         let residuals_at = |params: &[f64]| {
             let lobes = place(params);
             let mut residuals = Vec::new();
-            self.residuals
-                .evaluate(&self.ltcs(settings, &lobes), &mut residuals);
-            for (lobe, target) in lobes.iter().zip(pull.unwrap_or_default()) {
-                for &i in free {
-                    residuals.push(settings.smoothing * (lobe.0[i] - target.0[i]));
+            self.evaluate(settings, &lobes, &mut parts.borrow_mut(), &mut residuals);
+            if let Some((target, weight)) = pull {
+                for (lobe, target) in lobes.iter().zip(target) {
+                    for &i in free {
+                        residuals.push(weight * (lobe.0[i] - target.0[i]));
+                    }
                 }
             }
             residuals
@@ -120,10 +123,21 @@ impl Problem {
         (place(&params), cost)
     }
 
+    fn evaluate(
+        &self,
+        settings: &Settings,
+        lobes: &[Coordinates],
+        parts: &mut Parts,
+        residuals: &mut Vec<f64>,
+    ) {
+        let ltcs = self.ltcs(settings, lobes);
+        let parts = parts.of(self.residuals.as_ref(), &ltcs);
+        self.residuals.evaluate(&ltcs, &parts, residuals);
+    }
+
     fn cost(&self, settings: &Settings, lobes: &[Coordinates]) -> f64 {
         let mut residuals = Vec::new();
-        self.residuals
-            .evaluate(&self.ltcs(settings, lobes), &mut residuals);
+        self.evaluate(settings, lobes, &mut Parts::default(), &mut residuals);
         residuals.iter().map(|r| r * r).sum()
     }
 
@@ -146,7 +160,14 @@ impl Problem {
     }
 
     /// One step of a sweep: starts at the texel's own and at a neighbour's coordinates.
-    fn improve(&self, settings: &Settings, grid: &Grid, all: &[Lobes], index: usize) -> Lobes {
+    fn improve(
+        &self,
+        settings: &Settings,
+        grid: &Grid,
+        all: &[Lobes],
+        index: usize,
+        smoothing: f64,
+    ) -> Lobes {
         let own = &all[index];
         let pairs = grid.neighbours(index, all, &self.node.limit);
         // Along each axis with both neighbours, their mean makes the table straight.
@@ -156,7 +177,7 @@ impl Problem {
             .map(|(low, high)| combined([0.5, 0.5], low, high))
             .chain(grid.beyond(index, all).map(|[near, far]| combined([2.0, -1.0], near, far)))
             .collect();
-        let pull = (!straight.is_empty() && settings.smoothing > 0.0).then(|| {
+        let pull = (!straight.is_empty() && smoothing > 0.0).then(|| {
             let mean = |lobe: usize, i: usize| {
                 let sum: f64 = straight.iter().map(|lobes| lobes[lobe].0[i]).sum();
                 sum / straight.len() as f64
@@ -166,8 +187,8 @@ impl Problem {
                 .collect::<Lobes>()
         });
 
-        let mut best = (own.clone(), f64::INFINITY);
-        // From its own coordinates, and from the neighbour whose fit suits this texel best as it is.
+        // From its own coordinates, from the neighbour whose fit suits this texel best as it is, and
+        // from the neighbours' line.
         let nearest = pairs
             .into_iter()
             .flatten()
@@ -175,11 +196,14 @@ impl Problem {
             .map(|lobes| (self.cost(settings, &lobes), lobes))
             .min_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, lobes)| lobes);
-        for start in [Some(own.clone()), nearest].into_iter().flatten() {
-            let (lobes, cost) = self.fit(settings, &start, pull.as_deref());
-            // Another basin must be much better: two of about the same cost, taken in turns by
-            // neighbouring texels, are far worse between the texels than either.
-            if cost + ACCURATE < 0.5 * best.1 {
+        let target = pull.as_deref().map(|target| (target, smoothing));
+        let mut best = self.fit(settings, own, target);
+        let swapped = (own.len() == 2).then(|| vec![own[1], own[0]]);
+        for start in [nearest, pull.clone(), swapped].into_iter().flatten() {
+            let (lobes, cost) = self.fit(settings, &start, target);
+            // Two basins of about the same cost, taken in turns by neighbouring texels, would be
+            // far worse between the texels than either: the pull decides.
+            if cost + ACCURATE * ACCURATE < best.1 {
                 best = (lobes, cost);
             }
         }
@@ -188,7 +212,8 @@ impl Problem {
 
     fn texel(&self, settings: &Settings, lobes: &[Coordinates]) -> Vec<f32> {
         let mut ltcs = self.ltcs(settings, lobes);
-        self.residuals.complete(&mut ltcs);
+        let parts = Parts::default().of(self.residuals.as_ref(), &ltcs);
+        self.residuals.complete(&mut ltcs, &parts);
         // At most 1 in all at every texel, so that no lookup makes energy: shares and amplitudes
         // both interpolate to at most 1. The second weight is at most 1 itself.
         let total: f64 = ltcs.iter().map(|ltc| ltc.amplitude).sum();
@@ -273,7 +298,7 @@ impl Fit {
             problems[index]
                 .get_or_init(|| Problem::new(settings, objective.as_ref(), &grid.place(index)))
         };
-        let total = count * (1 + settings.sweeps as usize);
+        let total = count * (1 + 2 * settings.sweeps as usize);
         let done = AtomicUsize::new(self.lock().done());
         let finish = |index: usize, lobes: &Lobes| {
             self.lock().set(index, lobes);
@@ -297,7 +322,7 @@ impl Fit {
                     let problem = problem(index);
                     let mut best = problem.first(settings);
                     if let Some(start) = &previous {
-                        let (lobes, cost) = problem.fit(settings, start, Some(start));
+                        let (lobes, cost) = problem.fit(settings, start, Some((start, settings.smoothing)));
                         // Like its neighbour unless another start is much better.
                         if 0.5 * cost < best.1 + ACCURATE {
                             best = (lobes, cost);
@@ -311,16 +336,24 @@ impl Fit {
             self.lock().next_pass();
         }
 
-        // Sweeps: every texel reads the previous sweep only, so that their order doesn't matter.
-        while self.lock().pass() <= settings.sweeps as usize {
+        // Sweeps, each in two passes over the squares of a chess board: every texel reads the
+        // previous pass only, so that their order doesn't matter, and no two neighbours move at
+        // once, which would let them swing around each other.
+        while self.lock().pass() <= 2 * settings.sweeps as usize {
             let before = self.lock().previous();
+            let pass = self.lock().pass();
+            let smoothing = settings.smoothing_in(pass.div_ceil(2));
             (0..count).into_par_iter().try_for_each(|index| {
                 if self.lock().get(index).is_some() {
                     return Ok(());
                 }
                 go_on()?;
-                let lobes = problem(index).improve(settings, grid, &before, index);
-                finish(index, &lobes);
+                if grid.position(index).iter().sum::<usize>() % 2 == pass % 2 {
+                    finish(index, &before[index]);
+                } else {
+                    let lobes = problem(index).improve(settings, grid, &before, index, smoothing);
+                    finish(index, &lobes);
+                }
                 Ok(())
             })?;
             self.lock().next_pass();
@@ -388,7 +421,8 @@ pub fn refit(table: &Table, texels: &[Vec<usize>]) -> Result<Vec<Vec<f32>>, FitE
                     .collect();
             }
             let problem = Problem::new(settings, objective.as_ref(), &grid.place(index));
-            let lobes = problem.improve(settings, &grid, &all, index);
+            let smoothing = settings.smoothing_in(settings.sweeps as usize);
+            let lobes = problem.improve(settings, &grid, &all, index, smoothing);
             Ok(problem.texel(settings, &lobes))
         })
         .collect()

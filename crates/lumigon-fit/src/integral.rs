@@ -1,4 +1,6 @@
-use glam::DVec3;
+use std::rc::Rc;
+
+use glam::{DMat3, DVec3};
 use rand::SeedableRng;
 use rand_pcg::Pcg32;
 
@@ -78,21 +80,14 @@ struct IntegralResiduals {
 
 impl IntegralResiduals {
     /// Of each light, under each lobe.
-    fn form_factors(&self, lobes: &[Ltc]) -> Vec<[f64; MAX_LOBES]> {
-        self.lights
-            .iter()
-            .map(|light| {
-                let mut of_lobes = [0.0; MAX_LOBES];
-                for (value, lobe) in of_lobes.iter_mut().zip(lobes) {
-                    let vertices = light
-                        .vertices
-                        .iter()
-                        .map(|v| lobe.shading_to_cosine * v.as_dvec3());
-                    *value = form_factor(&Clipped::new(vertices));
-                }
-                of_lobes
-            })
-            .collect()
+    fn form_factors(&self, parts: &[Rc<Vec<f64>>]) -> Vec<[f64; MAX_LOBES]> {
+        let mut form_factors = vec![[0.0; MAX_LOBES]; self.lights.len()];
+        for (lobe, part) in parts.iter().enumerate() {
+            for (of_light, &value) in form_factors.iter_mut().zip(part.iter()) {
+                of_light[lobe] = value;
+            }
+        }
+        form_factors
     }
 
     fn shares(lobes: &[Ltc]) -> [f64; MAX_LOBES] {
@@ -218,14 +213,23 @@ fn dot(values: &[f64; MAX_LOBES], amplitudes: &[f64; MAX_LOBES]) -> f64 {
 }
 
 impl Residuals for IntegralResiduals {
-    fn evaluate(&self, lobes: &[Ltc], residuals: &mut Vec<f64>) {
+    /// Form factors of all lights.
+    fn of_matrix(&self, matrix: &DMat3) -> Vec<f64> {
+        let of_light = |light: &Light| {
+            let vertices = light.vertices.iter().map(|v| *matrix * v.as_dvec3());
+            form_factor(&Clipped::new(vertices))
+        };
+        self.lights.iter().map(of_light).collect()
+    }
+
+    fn evaluate(&self, lobes: &[Ltc], parts: &[Rc<Vec<f64>>], residuals: &mut Vec<f64>) {
         let Integral {
             floor,
             furnace,
             secondary,
             ..
         } = self.objective;
-        let form_factors = self.form_factors(lobes);
+        let form_factors = self.form_factors(parts);
         let shares = Self::shares(lobes);
         let amplitudes = self.amplitudes(lobes, &form_factors, &shares);
         let per_light = 1.0 / (self.lights.len() as f64).sqrt();
@@ -248,8 +252,8 @@ impl Residuals for IntegralResiduals {
         residuals.push(furnace * ENERGY * excess);
     }
 
-    fn complete(&self, lobes: &mut [Ltc]) {
-        let form_factors = self.form_factors(lobes);
+    fn complete(&self, lobes: &mut [Ltc], parts: &[Rc<Vec<f64>>]) {
+        let form_factors = self.form_factors(parts);
         let shares = Self::shares(lobes);
         let amplitudes = self.amplitudes(lobes, &form_factors, &shares);
         let second = self.best_secondary(&form_factors, &shares, lobes.len());
