@@ -1,10 +1,16 @@
 //! What is integrated over a light's directions.
 
+mod charlie;
+mod eon;
+mod ggx;
+
 use glam::{DVec2, DVec3};
 
-use crate::cubature::CubatureError;
-use crate::ggx::{ggx_distribution, ggx_visibility, schlick_weight};
 use crate::quadrature::{Integrand, SMOOTH_ANGLE, edge_lengths};
+
+pub(crate) use charlie::CharlieLobe;
+pub(crate) use eon::EonLobe;
+pub(crate) use ggx::GgxLobe;
 
 pub(crate) struct One;
 
@@ -42,53 +48,37 @@ impl Integrand<3> for Direction {
     }
 }
 
-/// The GGX lobe times the cosine at the light, in the shading frame.
-pub(crate) struct GgxLobe {
-    pub(crate) view: DVec3,
-    alpha: f64,
+/// The edges of a triangle, in the order of the vertices they lie opposite of.
+const EDGES: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
+
+/// Whether the spherical triangle may reach to both sides of the circle of this cosine.
+fn straddles(triangle: &[DVec3; 3], cosine: f64) -> bool {
+    let length2 = edge_lengths(triangle).map(|l| l * l);
+    let length2 = length2.iter().fold(0.0, |m: f64, l| m.max(*l));
+    // Arcs rise above their ends.
+    let highest = triangle.iter().fold(0.0, |m: f64, l| m.max(l.z)) * (1.0 + 0.25 * length2);
+    lowest(triangle) < cosine && highest > cosine
 }
 
-impl GgxLobe {
-    pub(crate) fn new(view: DVec3, alpha: f64) -> Result<Self, CubatureError> {
-        match alpha > 0.0 && alpha <= 1.0 {
-            true => Ok(Self { view, alpha }),
-            false => Err(CubatureError::Alpha(alpha)),
-        }
-    }
+/// How far the cosine changes along an arc, by way of its middle.
+fn rise(a: DVec3, b: DVec3) -> f64 {
+    let middle = (a + b).normalize_or(a);
+    (a.z - middle.z).abs() + (middle.z - b.z).abs()
 }
 
-impl Integrand<2> for GgxLobe {
-    fn evaluate(&self, direction: DVec3) -> [f64; 2] {
-        // Rounding may put a direction of the horizon just below it.
-        let cos_theta = direction.z.max(0.0);
-        let half_vector = direction + self.view;
-        let value = ggx_distribution(half_vector, self.alpha)
-            * ggx_visibility(cos_theta, self.view.z, self.alpha)
-            * cos_theta;
-        // |l + v| = 2 h.v for unit directions, without the cancellation of the dot product.
-        [value, value * schlick_weight(0.5 * half_vector.length())]
-    }
+fn lowest(triangle: &[DVec3; 3]) -> f64 {
+    triangle.iter().fold(1.0, |m: f64, l| m.min(l.z))
+}
 
-    /// D varies on the scale of sqrt(alpha^2 + slope^2) over slopes of the half vector, G2 on that of
-    /// sqrt(alpha^2 + cos^2) over the cosine, and the half vector itself on that of |l + v| over directions.
-    fn edge_extents(&self, triangle: &[DVec3; 3]) -> [f64; 3] {
-        let slopes = triangle.map(|l| {
-            let half_vector = l + self.view;
-            half_vector.truncate() / half_vector.z
-        });
-        let slope_scale = self.alpha.hypot(distance_to_origin(&slopes));
-        let lowest = triangle.iter().fold(1.0, |m: f64, l| m.min(l.z));
-        let cosine_scale = self.alpha.hypot(lowest);
-        let angle_scale = triangle
-            .iter()
-            .fold(SMOOTH_ANGLE, |m: f64, l| m.min(l.distance(-self.view)));
-        [(1, 2), (2, 0), (0, 1)].map(|(i, j)| {
-            let angle = triangle[i].distance(triangle[j]) / angle_scale;
-            let slope = slopes[i].distance(slopes[j]) / slope_scale;
-            let cosine = (triangle[i].z - triangle[j].z).abs() / cosine_scale;
-            (angle * angle + slope * slope + 0.5 * cosine * cosine).sqrt()
-        })
-    }
+/// Angle over which half vectors vary smoothly: they turn ever faster towards l = -v.
+fn angle_scale(triangle: &[DVec3; 3], view: DVec3) -> f64 {
+    triangle
+        .iter()
+        .fold(SMOOTH_ANGLE, |m: f64, l| m.min(l.distance(-view)))
+}
+
+fn is_alpha(alpha: f64) -> bool {
+    alpha > 0.0 && alpha <= 1.0
 }
 
 /// Distance of a plane triangle from the origin, zero inside.

@@ -4,13 +4,15 @@ use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
 
 use glam::{DVec3, Vec3};
-use lumigon_reference::{Channel, Emitter, Polygon, PunctualLight, Ray, Settings, Surface};
+use lumigon_reference::{
+    Channel, Emitter, Material, Polygon, PunctualLight, Ray, Settings, Surface,
+};
 
 use super::geometry::Geometry;
-use super::hits::{Lobes, emitted};
+use super::hits::emitted;
 use super::pixel_samples::pixel_samples;
 use crate::render::{Pixels, ReferenceRendering, ReferenceSettings, RenderError, Rendering, Watch};
-use crate::scene::{Camera, PunctualKind, Scene};
+use crate::scene::{Camera, PunctualKind, Scene, SurfaceSample};
 
 /// A scene as the path tracer asks for it.
 struct TracedScene<'a> {
@@ -26,14 +28,11 @@ impl lumigon_reference::Scene for TracedScene<'_> {
         let found =
             self.geometry
                 .surface_beyond(self.scene, origin, direction, self.geometry.epsilon)?;
-        let lobes = Lobes::new(&found);
         Some(Surface {
             position: double(found.position),
             geometric_normal: unit(found.geometric_normal),
             shading_normal: unit(found.shading_normal),
-            diffuse_albedo: lobes.diffuse_albedo.map(f64::from),
-            f0: lobes.f0.map(f64::from),
-            alpha: f64::from(lobes.alpha),
+            material: material(&found),
             emitted: emitted(&found).map(f64::from),
         })
     }
@@ -56,6 +55,20 @@ impl lumigon_reference::Scene for TracedScene<'_> {
 
     fn punctual_lights(&self) -> &[PunctualLight] {
         &self.punctual_lights
+    }
+}
+
+/// The metallic-roughness material, with none of the layers that extensions add; black where unlit.
+fn material(found: &SurfaceSample) -> Material {
+    let lit = if found.unlit { 0.0 } else { 1.0 };
+    let perceptual_roughness = f64::from(found.perceptual_roughness);
+    Material {
+        base_color: double(found.base_color).map(|c| lit * c),
+        metallic: lit * f64::from(found.metallic),
+        dielectric_f0: [lit * 0.04; 3],
+        dielectric_f90: lit,
+        alpha: [perceptual_roughness * perceptual_roughness; 2],
+        ..Material::default()
     }
 }
 
