@@ -10,6 +10,8 @@ use crate::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 
+mod export;
+
 /// Fits a table of linearly transformed cosines to a BRDF
 #[derive(Debug, Args)]
 pub struct Fit {
@@ -20,6 +22,7 @@ pub struct Fit {
 #[derive(Debug, Subcommand)]
 enum Brdf {
     Ggx(Ggx),
+    Export(export::Export),
 }
 
 /// Isotropic GGX with height-correlated Smith shadowing
@@ -59,6 +62,7 @@ impl Fit {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         match &self.brdf {
             Brdf::Ggx(ggx) => ggx.run(),
+            Brdf::Export(export) => export.run(),
         }
     }
 }
