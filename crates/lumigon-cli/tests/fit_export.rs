@@ -61,7 +61,8 @@ fn the_shipped_table_in_every_format() {
     let output = export(&table(), &["--format", "ktx2", "--half"], &folder);
     assert!(output.status.success());
     let half = fs::metadata(folder.join("ggx-64.ktx2")).unwrap().len();
-    assert_eq!(full - half, raw.len() as u64 / 2);
+    // But for the padding before the numbers.
+    assert!((full - half).abs_diff(raw.len() as u64 / 2) < 16);
 }
 
 #[test]
