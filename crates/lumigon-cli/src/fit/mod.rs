@@ -11,6 +11,7 @@ use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 
 mod export;
+mod report;
 
 /// Fits a table of linearly transformed cosines to a BRDF
 #[derive(Debug, Args)]
@@ -23,6 +24,7 @@ pub struct Fit {
 enum Brdf {
     Ggx(Ggx),
     Export(export::Export),
+    Report(report::Report),
 }
 
 /// Isotropic GGX with height-correlated Smith shadowing
@@ -63,6 +65,7 @@ impl Fit {
         match &self.brdf {
             Brdf::Ggx(ggx) => ggx.run(),
             Brdf::Export(export) => export.run(),
+            Brdf::Report(report) => report.run(),
         }
     }
 }
