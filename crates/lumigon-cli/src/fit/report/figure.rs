@@ -90,7 +90,7 @@ impl Figures<'_> {
     pub(super) fn measured(&self, measurement: &Measurement) -> Result<Vec<Figure>, Failure> {
         let cells = (COLUMNS, 90.0);
         let errors = [0, 1].map(|weight| [0, 1].map(|which| measurement.rmse(which, weight)));
-        let scale = Scale::logarithmic("RMSE", errors.iter().flatten().flatten(), 3);
+        let scale = Scale::logarithmic("RMSE", errors.iter().flatten().flatten(), 4);
         let mut figures = Vec::new();
         for (numbers, (id, title, what)) in errors.iter().zip([
             ("error", "Error, F = 1", "without a Fresnel term"),
@@ -210,12 +210,12 @@ impl Figures<'_> {
                 .to_owned(),
             (1840, 1280),
             &|area, theme| {
-                let densities: Vec<Vec<Box<dyn Fn(DVec3) -> f64 + Sync + '_>>> = vec![
+                let densities: Vec<Vec<Density<'_>>> = vec![
                     truths
                         .iter()
                         .map(|truth| {
                             let density = move |light| truth.density(light);
-                            Box::new(density) as Box<dyn Fn(DVec3) -> f64 + Sync>
+                            Box::new(density) as Density<'_>
                         })
                         .collect(),
                     boxed(&lobes[0]),
@@ -229,7 +229,8 @@ impl Figures<'_> {
                         let cells = row.iter().zip(places).zip(peaks);
                         cells
                             .map(|((density, (p, degrees)), peak)| Hemisphere {
-                                title: format!("{name}: roughness {p}, view {degrees}°"),
+                                name,
+                                place: format!("perceptual roughness {p}, view {degrees}°"),
                                 peak,
                                 density,
                             })
@@ -317,12 +318,15 @@ impl Figures<'_> {
     }
 }
 
-fn boxed(lobes: &[Lobes]) -> Vec<Box<dyn Fn(DVec3) -> f64 + Sync + '_>> {
+/// In 1/sr towards a unit direction.
+type Density<'a> = Box<dyn Fn(DVec3) -> f64 + Sync + 'a>;
+
+fn boxed(lobes: &[Lobes]) -> Vec<Density<'_>> {
     lobes
         .iter()
         .map(|lobes| {
             let density = move |light| lobes.density(light);
-            Box::new(density) as Box<dyn Fn(DVec3) -> f64 + Sync>
+            Box::new(density) as Density<'_>
         })
         .collect()
 }

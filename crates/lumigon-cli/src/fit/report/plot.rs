@@ -12,7 +12,7 @@ use crate::Failure;
 const TITLE: f64 = 30.0;
 const LABEL: f64 = 25.0;
 const TICK: f64 = 23.0;
-const BAR: i32 = 200;
+const BAR: i32 = 180;
 
 /// Numbers over the perceptual roughness (columns, 0 to 1) and the view angle (rows).
 pub(super) struct Panel<'a> {
@@ -130,7 +130,8 @@ pub(super) fn charts(
     columns: usize,
 ) -> Result<(), Failure> {
     let (legend, rest) = area.split_vertically(56);
-    draw_legend(&legend, theme, names)?;
+    let points = curves.iter().any(|curves| curves.truth_as_points);
+    draw_legend(&legend, theme, names, points)?;
     let rows = curves.len().div_ceil(columns);
     for (area, curves) in rest.split_evenly((rows, columns)).iter().zip(curves) {
         chart(area, theme, curves)?;
@@ -138,18 +139,28 @@ pub(super) fn charts(
     Ok(())
 }
 
-fn draw_legend(area: &Area<'_>, theme: &Theme, names: [&str; 3]) -> Result<(), Failure> {
+fn draw_legend(
+    area: &Area<'_>,
+    theme: &Theme,
+    names: [&str; 3],
+    truth_as_points: bool,
+) -> Result<(), Failure> {
     let colors = [theme.faded, theme.table, theme.baseline];
     let mut x = 30;
     for (i, (name, color)) in names.into_iter().zip(colors).enumerate() {
         let stroke = if i == 0 { 9 } else { 3 };
-        let line = PathElement::new([(x, 30), (x + 48, 30)], color.stroke_width(stroke));
-        area.draw(&line)?;
+        if i == 0 && truth_as_points {
+            let circle = Circle::new((x + 24, 30), 6, theme.ink.stroke_width(2));
+            area.draw(&circle)?;
+        } else {
+            let line = PathElement::new([(x, 30), (x + 48, 30)], color.stroke_width(stroke));
+            area.draw(&line)?;
+        }
         let style = theme
             .text(LABEL, theme.ink)
             .pos(Pos::new(HPos::Left, VPos::Center));
         let (width, _) = area.estimate_text_size(name, &style)?;
-        area.draw(&Text::new(name, (x + 60, 28), style))?;
+        area.draw(&Text::new(name, (x + 60, 34), style))?;
         x += 60 + i32::try_from(width)? + 50;
     }
     Ok(())
@@ -182,7 +193,7 @@ fn chart(area: &Area<'_>, theme: &Theme, curves: &Curves<'_>) -> Result<(), Fail
         .bold_line_style(theme.line)
         .light_line_style(theme.paper)
         .axis_style(theme.faded)
-        .x_labels(5)
+        .x_labels((area.dim_in_pixel().0 / 100) as usize)
         .y_labels(5)
         .x_label_formatter(&|x| format!("{x:.*}", digits(high - low)))
         .y_label_formatter(&|y| match *y {
@@ -212,7 +223,9 @@ fn chart(area: &Area<'_>, theme: &Theme, curves: &Curves<'_>) -> Result<(), Fail
 
 /// A density over the hemisphere of lights.
 pub(super) struct Hemisphere<'a> {
-    pub(super) title: String,
+    pub(super) name: &'a str,
+    /// Where it is.
+    pub(super) place: String,
     /// What is shown at the end of the scale.
     pub(super) peak: f64,
     pub(super) density: &'a (dyn Fn(DVec3) -> f64 + Sync),
@@ -235,8 +248,9 @@ pub(super) fn hemispheres(
             .text(TICK, theme.ink)
             .pos(Pos::new(HPos::Center, VPos::Top));
         let middle = width as i32 / 2;
-        area.draw(&Text::new(hemisphere.title.as_str(), (middle, 8), style))?;
-        let side = (width.min(height.saturating_sub(40)).saturating_sub(16)) as usize;
+        area.draw(&Text::new(hemisphere.name, (middle, 14), style.clone()))?;
+        area.draw(&Text::new(hemisphere.place.as_str(), (middle, 42), style))?;
+        let side = (width.min(height.saturating_sub(74)).saturating_sub(16)) as usize;
         let RGBColor(r, g, b) = theme.paper;
         let mut pixels = Vec::with_capacity(3 * side * side);
         for y in 0..side {
@@ -253,7 +267,7 @@ pub(super) fn hemispheres(
                 pixels.extend([r, g, b]);
             }
         }
-        let corner = ((width as i32 - side as i32) / 2, 42);
+        let corner = ((width as i32 - side as i32) / 2, 74);
         area.draw(&bitmap(corner, (side, side), pixels)?)?;
     }
     color_bar(&bar, theme, scale, height as i32)
