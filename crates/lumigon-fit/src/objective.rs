@@ -8,12 +8,12 @@ pub trait Objective: Send + Sync {
 
 /// The residuals of one node; a fit minimises the sum of their squares.
 ///
-/// Residuals must be a deterministic and, as far as can be, smooth function of the lobe: no fresh
+/// Residuals must be a deterministic and, as far as can be, smooth function of the lobes: no fresh
 /// random numbers from call to call.
 pub trait Residuals: Send + Sync {
-    /// Appends the residuals of the lobe; always the same number of them, all finite.
-    fn evaluate(&self, ltc: &Ltc, residuals: &mut Vec<f64>);
+    /// Appends the residuals of a sum of lobes; always the same number of them, all finite.
+    fn evaluate(&self, lobes: &[Ltc], residuals: &mut Vec<f64>);
 
-    /// The best Schlick amplitude for a lobe that is otherwise fitted.
-    fn schlick(&self, ltc: &Ltc) -> f64;
+    /// Sets what follows from the lobes' shapes and amplitudes: their second amplitudes.
+    fn complete(&self, lobes: &mut [Ltc]);
 }

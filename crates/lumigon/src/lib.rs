@@ -8,10 +8,13 @@
 //! | [`irradiance`], [`form_factor`] | irradiance of a surface, clipped at its horizon |
 //! | [`light_vector`], [`light_vector_above`] | vector irradiance, whole and clipped |
 //! | [`solid_angle`], [`solid_angle_above`] | solid angle, whole and clipped |
-//! | [`ltc_form_factor`] | a fitted lobe's integral over the light: specular light |
+//! | [`ltc_form_factor`] | a fitted lobe's integral over the light: specular light, sheen |
 //!
 //! and the approximations that stand beside them: [`projected_area`], [`light_direction`],
 //! [`reflected_inclusion`]. [`DiffuseMethod`] and [`SpecularMethod`] name them as data.
+//!
+//! The reflection models that lobes are fitted to can be evaluated themselves, for light from one
+//! direction: [`ggx_cosine`], [`ggx_anisotropic_cosine`], [`charlie_cosine`] and [`eon_cosine`].
 //!
 //! # Conventions
 //!
@@ -33,7 +36,10 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 extern crate alloc;
 
+mod anisotropic_ltc;
+mod charlie;
 mod clip;
+mod eon;
 mod ggx;
 mod irradiance;
 mod lanes;
@@ -49,7 +55,13 @@ mod solid_angle;
 mod technique;
 mod vec3;
 
-pub use ggx::{MINIMUM_ALPHA, ggx_cosine, schlick};
+pub use anisotropic_ltc::AnisotropicLtc;
+pub use charlie::{MINIMUM_SHEEN_ALPHA, charlie_cosine};
+pub use eon::{
+    eon_albedo, eon_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_albedo,
+    eon_single_cosine,
+};
+pub use ggx::{MINIMUM_ALPHA, ggx_anisotropic_cosine, ggx_cosine, schlick};
 pub use irradiance::{form_factor, irradiance, light_vector, light_vector_above};
 pub use lanes::{LaneMask, Lanes};
 pub use light_direction::{LightDirection, circle_occlusion, clip_loop, light_direction};
@@ -61,7 +73,7 @@ pub use pyramid::Pyramid;
 pub use real::{Mask, Real, Scalar};
 pub use reflection::{InclusionRule, reflected_inclusion};
 pub use solid_angle::{solid_angle, solid_angle_above};
-pub use technique::{DiffuseMethod, SpecularMethod};
+pub use technique::{DiffuseMethod, LtcLobes, SpecularMethod};
 pub use vec3::Vec3;
 
 #[cfg(doctest)]

@@ -185,7 +185,7 @@ impl<'a> CpuRenderer<'a> {
 
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
     fn shade(&self, hits: &mut Hits, settings: &RenderSettings, share: f32, tile: &mut Tile) {
-        if settings.specular == SpecularMethod::Ltc {
+        if matches!(settings.specular, SpecularMethod::Ltc { .. }) {
             hits.look_up(&self.ggx);
         }
         let mut light = shade::polygons(hits, &self.lights, settings.diffuse, settings.specular);

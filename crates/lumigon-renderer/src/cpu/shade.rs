@@ -138,7 +138,7 @@ fn specular_light<S: Simd>(
             let mut schlick = whole;
             match method {
                 SpecularMethod::None => {}
-                SpecularMethod::Ltc => {
+                SpecularMethod::Ltc { lobes: _ } => {
                     let number = &hits.ltc;
                     let amplitude = lanes(simd, &number[4], start);
                     let schlick_amplitude = lanes(simd, &number[5], start);
