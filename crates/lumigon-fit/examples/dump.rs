@@ -1,7 +1,11 @@
-use std::sync::atomic::AtomicBool;
 use lumigon_fit::*;
+use std::sync::atomic::AtomicBool;
 fn main() {
-    let settings = Settings { size: 16, cosine: std::env::args().nth(1).is_some(), ..Settings::default() };
+    let settings = Settings {
+        size: 16,
+        cosine: std::env::args().nth(1).is_some(),
+        ..Settings::default()
+    };
     let table = fit(&settings, &|_, _| (), &AtomicBool::new(false)).unwrap();
     let ch = table.channel_count();
     for c in [3, 5, 7, 9, 12, 15] {

@@ -121,7 +121,7 @@ impl TableImage {
         ]);
         Self::new(
             &name.unwrap_or_default().to_string_lossy(),
-            &[table.size(), table.size()],
+            &table.sizes(),
             &manifest.channels,
             table.texels().to_vec(),
             texts,

@@ -129,7 +129,7 @@ impl Ggx {
                 errors.perceptual_roughness[0],
                 errors.perceptual_roughness[1],
                 errors.rmse,
-                errors.schlick_rmse,
+                errors.secondary_rmse,
                 errors.furnace[0],
                 errors.furnace[1],
             );

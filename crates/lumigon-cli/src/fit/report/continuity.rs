@@ -1,17 +1,18 @@
 //! How a table's response changes as perceptual roughness and view sweep finely.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use lumigon_fit::Table;
 use rayon::prelude::*;
 use serde::Serialize;
 
 use super::light::Quad;
+use super::place::in_slice;
 use super::response::Lobes;
 use super::truth::Truth;
 use crate::Failure;
 use crate::interrupt::Interrupt;
 
-/// Steps of the perceptual roughness, 0 to 1.
+/// Steps along the first axis, mostly the perceptual roughness, 0 to 1.
 pub(super) const WIDTH: usize = 512;
 /// Steps of the view angle, 0 to [`LARGEST_ANGLE`].
 pub(super) const HEIGHT: usize = 270;
@@ -19,7 +20,7 @@ pub(super) const HEIGHT: usize = 270;
 pub(super) const LARGEST_ANGLE: f64 = 88.0;
 /// Where the sweeps with the BRDF beside them are taken.
 pub(super) const SWEEP_DEGREES: f64 = 60.0;
-pub(super) const SWEEP_PERCEPTUAL_ROUGHNESS: f64 = 0.3;
+pub(super) const SWEEP_FIRST: f64 = 0.3;
 /// Points of the BRDF on a sweep.
 const POINTS: usize = 48;
 
@@ -38,28 +39,31 @@ pub(super) struct Strip {
 /// The greatest second differences `|f(-1) - 2 f(0) + f(1)|`, radiance of the light 1.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Bounds {
-    /// Over the perceptual roughness from 0.1 on.
+    /// From 0.1 on along the first axis.
     pub(super) rough: f64,
     /// Below 0.1, where lobes are narrow and the BRDF itself is steep.
     pub(super) smooth: f64,
 }
 
-fn light(theta: f64) -> Quad {
-    let mirror = DVec3::new(-theta.sin(), 0.0, theta.cos());
-    let up = DVec3::new(theta.cos(), 0.0, theta.sin());
-    Quad::new(mirror + 0.5 * up, 0.5 * up, 0.5 * DVec3::Y)
+fn light(view: DVec3) -> Quad {
+    let mirror = DVec3::new(-view.x, -view.y, view.z);
+    let azimuth = view.truncate().normalize_or(DVec2::X);
+    let up = (view.z * azimuth).extend(view.truncate().length());
+    let across = DVec3::new(-azimuth.y, azimuth.x, 0.0);
+    Quad::new(mirror + 0.5 * up, 0.5 * up, 0.5 * across)
 }
 
 fn radians(row: usize) -> f64 {
     (LARGEST_ANGLE * row as f64 / (HEIGHT - 1) as f64).to_radians()
 }
 
-fn perceptual_roughness(column: usize) -> f64 {
+fn first(column: usize) -> f64 {
     column as f64 / (WIDTH - 1) as f64
 }
 
-fn response(table: &Table, perceptual_roughness: f64, theta: f64) -> f64 {
-    Lobes::look_up(table, perceptual_roughness, theta).response(&light(theta))[0]
+fn response(table: &Table, place: &[f64]) -> f64 {
+    let (_, view) = table.brdf().at(place);
+    Lobes::look_up(table, place).response(&light(view))[0]
 }
 
 impl Strip {
@@ -68,7 +72,8 @@ impl Strip {
             .into_par_iter()
             .map(|row| {
                 interrupt.check()?;
-                let at = |column| response(table, perceptual_roughness(column), radians(row));
+                let at =
+                    |column| response(table, &in_slice(table.brdf(), first(column), radians(row)));
                 Ok((0..WIDTH).map(at).collect())
             })
             .collect();
@@ -84,7 +89,7 @@ impl Strip {
         let greatest = |rough: bool| {
             let differences = self.second_differences.iter().enumerate();
             differences
-                .filter(|(i, _)| (perceptual_roughness(i % WIDTH) >= 0.1) == rough)
+                .filter(|(i, _)| (first(i % WIDTH) >= 0.1) == rough)
                 .fold(0.0, |greatest: f64, (_, &d)| greatest.max(d))
         };
         Bounds {
@@ -121,18 +126,15 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    /// Over the perceptual roughness at one view angle.
-    pub(super) fn over_perceptual_roughness(
-        tables: [&Table; 2],
-        interrupt: &Interrupt,
-    ) -> Result<Self, Failure> {
+    /// Over the first axis at one view angle.
+    pub(super) fn over_first(tables: [&Table; 2], interrupt: &Interrupt) -> Result<Self, Failure> {
         let theta = SWEEP_DEGREES.to_radians();
         Self::new(tables, 1.0, interrupt, &|x| (x, theta))
     }
 
-    /// Over the view angle in degrees at one perceptual roughness.
+    /// Over the view angle in degrees at one place of the first axis.
     pub(super) fn over_view(tables: [&Table; 2], interrupt: &Interrupt) -> Result<Self, Failure> {
-        let place = |x: f64| (SWEEP_PERCEPTUAL_ROUGHNESS, x.to_radians());
+        let place = |x: f64| (SWEEP_FIRST, x.to_radians());
         Self::new(tables, LARGEST_ANGLE, interrupt, &place)
     }
 
@@ -142,23 +144,25 @@ impl Sweep {
         interrupt: &Interrupt,
         place: &(dyn Fn(f64) -> (f64, f64) + Sync),
     ) -> Result<Self, Failure> {
-        let brdf = tables[0].settings().brdf;
+        let brdf = tables[0].brdf();
+        let place = |x: f64| {
+            let (first, theta) = place(x);
+            in_slice(brdf, first, theta)
+        };
         let spread = |i: usize, count: usize| end * i as f64 / (count - 1) as f64;
         let truth: Result<_, Failure> = (0..POINTS)
             .into_par_iter()
             .map(|i| {
                 interrupt.check()?;
                 let x = spread(i, POINTS);
-                let (perceptual_roughness, theta) = place(x);
-                let truth = Truth::new(brdf, perceptual_roughness, theta, Truth::DIRECTIONS);
-                Ok((x, truth.response(&light(theta))[0]))
+                let truth = Truth::new(brdf, &place(x), Truth::DIRECTIONS);
+                Ok((x, truth.response(&light(truth.view()))[0]))
             })
             .collect();
         let fitted = tables.map(|table| {
             let at = |i: usize| {
                 let x = spread(i, WIDTH);
-                let (perceptual_roughness, theta) = place(x);
-                (x, response(table, perceptual_roughness, theta))
+                (x, response(table, &place(x)))
             };
             (0..WIDTH).map(at).collect()
         });
@@ -192,8 +196,9 @@ mod tests {
     #[test]
     fn the_edge_runs_through_the_mirror_direction() {
         for theta in [0.0, 0.7, 1.5_f64] {
-            let mirror = DVec3::new(-theta.sin(), 0.0, theta.cos());
-            let distances = light(theta).edge_planes().map(|plane| plane.dot(mirror));
+            let view = DVec3::new(0.6 * theta.sin(), 0.8 * theta.sin(), theta.cos());
+            let mirror = DVec3::new(-view.x, -view.y, view.z);
+            let distances = light(view).edge_planes().map(|plane| plane.dot(mirror));
             let least = distances.into_iter().fold(1.0, f64::min);
             assert!(least.abs() < 1e-12, "{distances:?}");
         }

@@ -3,11 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use glam::DVec3;
-use lumigon_fit::Table;
+use glam::{DVec2, DVec3};
+use lumigon_fit::{BrdfKind, Table};
 
 use super::continuity::{self, LARGEST_ANGLE, Strip, Sweep};
 use super::measure::{COLUMNS, Measurement};
+use super::place::{first_axis, in_slice, slice_words};
 use super::plot::{Curves, Hemisphere, Panel, charts, heat_maps, hemispheres};
 use super::response::Lobes;
 use super::scale::Scale;
@@ -38,6 +39,10 @@ pub(super) struct Figures<'a> {
 }
 
 impl Figures<'_> {
+    fn brdf(&self) -> BrdfKind {
+        self.tables[0].brdf()
+    }
+
     fn paint(
         &self,
         id: &str,
@@ -75,9 +80,11 @@ impl Figures<'_> {
         numbers: &[&[f64]; 2],
         scale: &Scale,
     ) -> Result<Figure, Failure> {
+        let first = first_axis(self.brdf());
         self.paint(id, title, words, (1600, 660), &|area, theme| {
             let panel = |which: usize| Panel {
                 title: self.names[which],
+                x_label: &first,
                 columns,
                 numbers: numbers[which],
                 degrees,
@@ -92,17 +99,21 @@ impl Figures<'_> {
         let errors = [0, 1].map(|weight| [0, 1].map(|which| measurement.rmse(which, weight)));
         let scale = Scale::logarithmic("RMSE", errors.iter().flatten().flatten(), 4);
         let mut figures = Vec::new();
+        let secondary = match self.brdf().secondary() {
+            "schlick" => "weighted by Schlick’s (1 − h·v)⁵, the part of a coloured reflectance",
+            _ => "under the BRDF’s second weight",
+        };
         for (numbers, (id, title, what)) in errors.iter().zip([
             ("error", "Error, F = 1", "without a Fresnel term"),
-            (
-                "error-schlick",
-                "Error, Schlick-weighted",
-                "weighted by Schlick’s (1 − h·v)⁵, the part of a coloured reflectance",
-            ),
+            ("error-secondary", "Error, second weight", secondary),
         ]) {
+            // A BRDF without a second weight.
+            if id != "error" && numbers.iter().flatten().all(|rmse| *rmse == 0.0) {
+                continue;
+            }
             let words = format!(
                 "Root mean square of table minus BRDF over random lights of radiance 1, {what}. \
-                 Both error figures share one scale."
+                 The error figures share one scale."
             );
             let numbers = [&*numbers[0], &*numbers[1]];
             figures.push(self.side_by_side((id, title), words, cells, &numbers, &scale)?);
@@ -134,30 +145,31 @@ impl Figures<'_> {
 
     /// Densities in the plane of incidence, and over the hemisphere.
     pub(super) fn lobes(&self) -> Result<Vec<Figure>, Failure> {
-        let brdf = self.tables[0].settings().brdf;
+        let brdf = self.brdf();
+        let (axis, slice) = (first_axis(brdf), slice_words(brdf));
         let names = ["BRDF", self.names[0], self.names[1]];
         let mut data = Vec::new();
-        for perceptual_roughness in [0.1, 0.3, 0.6, 1.0] {
+        for first in [0.1, 0.3, 0.6, 1.0] {
             for degrees in [0.0, 45.0, 75.0, 85.0_f64] {
-                let theta = degrees.to_radians();
-                let truth = Truth::new(brdf, perceptual_roughness, theta, 0);
-                let lobes = self
-                    .tables
-                    .map(|table| Lobes::look_up(table, perceptual_roughness, theta));
+                let place = in_slice(brdf, first, degrees.to_radians());
+                let truth = Truth::new(brdf, &place, 0);
+                let lobes = self.tables.map(|table| Lobes::look_up(table, &place));
+                let view = truth.view();
+                let azimuth = view.truncate().normalize_or(DVec2::X);
                 // A few widths about the mirror direction, up to the whole plane.
-                let reach = (600.0 * perceptual_roughness * perceptual_roughness).clamp(1.0, 180.0);
+                let reach = (5.5 * truth.widths()[1].to_degrees()).clamp(1.0, 180.0);
                 let (low, high) = ((degrees - reach).max(-90.0), (degrees + reach).min(90.0));
                 let curve = |density: &dyn Fn(DVec3) -> f64| -> Vec<(f64, f64)> {
                     let at = |i: i32| low + (high - low) * f64::from(i) / 400.0;
                     (0..=400)
                         .map(|i| {
                             let (sin, cos) = at(i).to_radians().sin_cos();
-                            (at(i), density(DVec3::new(-sin, 0.0, cos)))
+                            (at(i), density((-sin * azimuth).extend(cos)))
                         })
                         .collect()
                 };
                 data.push((
-                    format!("perceptual roughness {perceptual_roughness}, view {degrees}°"),
+                    format!("{axis} {first}, view {degrees}°"),
                     curve(&|light| truth.density(light)),
                     lobes
                         .each_ref()
@@ -171,7 +183,8 @@ impl Figures<'_> {
             "Reflected density with F = 1 (the BRDF times the light’s cosine) in the plane of \
              incidence, about the mirror direction; a light at positive angles is opposite to the \
              viewer."
-                .to_owned(),
+                .to_owned()
+                + &slice,
             (1840, 1640),
             &|area, theme| {
                 let curves: Vec<Curves<'_>> = data
@@ -190,24 +203,28 @@ impl Figures<'_> {
         )?;
 
         let places = [(0.3, 30.0), (0.45, 65.0), (0.6, 80.0), (0.9, 75.0_f64)];
-        let truths = places.map(|(p, degrees)| Truth::new(brdf, p, degrees.to_radians(), 0));
-        let lobes = self
-            .tables
-            .map(|table| places.map(|(p, degrees)| Lobes::look_up(table, p, degrees.to_radians())));
+        let in_slice = places.map(|(first, degrees)| in_slice(brdf, first, degrees.to_radians()));
+        let truths = in_slice.each_ref().map(|place| Truth::new(brdf, place, 0));
+        let lobes = self.tables.map(|table| {
+            let places = in_slice.each_ref();
+            places.map(|place| Lobes::look_up(table, place))
+        });
         let peaks = truths.each_ref().map(|truth| {
-            let grid = |i: u32| {
-                let angle = (f64::from(i) * 0.05).to_radians();
-                truth.density(DVec3::new(-angle.sin(), 0.0, angle.cos()))
+            let azimuth = truth.view().truncate().normalize_or(DVec2::X);
+            let grid = |i: i32| {
+                let (sin, cos) = (f64::from(i) * 0.05).to_radians().sin_cos();
+                truth.density((-sin * azimuth).extend(cos))
             };
-            (0..1800).map(grid).fold(f64::MIN_POSITIVE, f64::max)
+            (-1799..1800).map(grid).fold(f64::MIN_POSITIVE, f64::max)
         });
         let scale = Scale::linear("√(density / BRDF’s peak)", 0.0, 1.0);
         let hemisphere = self.paint(
             "hemispheres",
             "Lobes over the hemisphere",
-            "The hemisphere of lights seen from above, the viewer to the right; rows are the BRDF, \
-             the table and the baseline."
-                .to_owned(),
+            "The hemisphere of lights seen from above, +x to the right, the viewer there in an \
+             isotropic table; rows are the BRDF, the table and the baseline."
+                .to_owned()
+                + &slice,
             (1840, 1280),
             &|area, theme| {
                 let densities: Vec<Vec<Density<'_>>> = vec![
@@ -230,7 +247,7 @@ impl Figures<'_> {
                         cells
                             .map(|((density, (p, degrees)), peak)| Hemisphere {
                                 name,
-                                place: format!("perceptual roughness {p}, view {degrees}°"),
+                                place: format!("{axis} {p}, view {degrees}°"),
                                 peak,
                                 density,
                             })
@@ -251,7 +268,8 @@ impl Figures<'_> {
             ("continuity", "Continuity"),
             "Response to a light with one edge through the mirror direction, which moves along as \
              the view sweeps: a jump or a band would show as an edge."
-                .to_owned(),
+                .to_owned()
+                + &slice_words(self.brdf()),
             cells,
             &responses,
             &Scale::linear("response", 0.0, 1.0),
@@ -276,10 +294,11 @@ impl Figures<'_> {
             &scale,
         )?;
         let sweeps = [
-            Sweep::over_perceptual_roughness(self.tables, self.interrupt)?,
+            Sweep::over_first(self.tables, self.interrupt)?,
             Sweep::over_view(self.tables, self.interrupt)?,
         ];
         let names = ["BRDF", self.names[0], self.names[1]];
+        let axis = first_axis(self.brdf());
         let sweep = self.paint(
             "sweeps",
             "Sweeps",
@@ -289,13 +308,10 @@ impl Figures<'_> {
                 let titles = [
                     (
                         format!("view {}°", continuity::SWEEP_DEGREES),
-                        "perceptual roughness",
+                        axis.as_str(),
                     ),
                     (
-                        format!(
-                            "perceptual roughness {}",
-                            continuity::SWEEP_PERCEPTUAL_ROUGHNESS
-                        ),
+                        format!("{axis} {}", continuity::SWEEP_FIRST),
                         "view angle (degrees)",
                     ),
                 ];

@@ -49,7 +49,7 @@ impl Quad {
             DVec3::new(r * cos, r * sin, z)
         });
         let smallest = match aimed {
-            Some(_) => (0.5 * truth.width()).min(0.1),
+            Some(_) => (0.5 * truth.widths()[0]).min(0.1),
             None => 0.05,
         };
         let half = smallest * (2.0 / smallest).powf(unit());
@@ -85,6 +85,7 @@ mod tests {
     use rand_pcg::Pcg32;
 
     use super::*;
+    use crate::fit::report::place::in_slice;
 
     #[test]
     fn the_centre_is_inside_whatever_the_orientation() {
@@ -97,7 +98,7 @@ mod tests {
 
     #[test]
     fn most_lights_matter() {
-        let truth = Truth::new(BrdfKind::Ggx, 0.4, 0.9, 2000);
+        let truth = Truth::new(BrdfKind::Ggx, &in_slice(BrdfKind::Ggx, 0.4, 0.9), 2000);
         let mut rng = Pcg32::seed_from_u64(3);
         let lights = (0..400).map(|_| Quad::random(&mut rng, &truth));
         let lit = lights

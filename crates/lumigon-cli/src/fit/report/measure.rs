@@ -9,12 +9,13 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::light::Quad;
+use super::place::place;
 use super::response::Lobes;
 use super::truth::Truth;
 use crate::Failure;
 use crate::interrupt::Interrupt;
 
-/// Cells along the perceptual roughness, from 0 to 1.
+/// Cells along the first axis, mostly the perceptual roughness, from 0 to 1.
 pub(super) const COLUMNS: usize = 20;
 /// Cells along the view angle, from 0 to 90 degrees.
 pub(super) const ROWS: usize = 18;
@@ -25,7 +26,7 @@ const LARGEST_ANGLE: f64 = 89.0;
 /// The furnace counts up to here, in degrees.
 const FURNACE_ANGLE: f64 = 85.0;
 
-/// One light: truth and both tables, each with F = 1 and weighted by Schlick's factor.
+/// One light: truth and both tables, each with F = 1 and under the second weight.
 struct Sample {
     truth: [f64; 2],
     fitted: [[f64; 2]; 2],
@@ -45,13 +46,13 @@ pub(super) struct Measurement {
     cells: Vec<Vec<Place>>,
 }
 
-/// What a table misses over a range of perceptual roughness.
+/// What a table misses over a range of its first axis.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Numbers {
     /// Root mean square of table minus truth for lights of radiance 1, F = 1.
     pub(super) rmse: f64,
-    /// The same weighted by Schlick's factor.
-    pub(super) schlick_rmse: f64,
+    /// The same under the BRDF's second weight.
+    pub(super) secondary_rmse: f64,
     /// Median of `|table - truth| / truth` over lights of response above 1e-3.
     pub(super) median_relative: f64,
     /// The 95th percentile of that.
@@ -64,10 +65,10 @@ pub(super) struct Numbers {
     pub(super) leaked_greatest: f64,
 }
 
-/// [`Numbers`] of table and baseline over a range of perceptual roughness.
+/// [`Numbers`] of table and baseline over a range of the first axis.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Band {
-    pub(super) perceptual_roughness: [f64; 2],
+    pub(super) first_axis: [f64; 2],
     pub(super) places: usize,
     pub(super) lights: usize,
     pub(super) table: Numbers,
@@ -91,16 +92,10 @@ impl Measurement {
             let places = (0..NODES).map(|node| {
                 let stream = seed.wrapping_mul(total as u64 * NODES) + cell as u64 * NODES + node;
                 let mut rng = Pcg32::seed_from_u64(stream);
-                let perceptual_roughness = (column as f64 + rng.random::<f64>()) / COLUMNS as f64;
+                let first = (column as f64 + rng.random::<f64>()) / COLUMNS as f64;
                 let degrees = (row as f64 + rng.random::<f64>()) * 90.0 / ROWS as f64;
                 let count = u64::from(lights).div_ceil(NODES);
-                place(
-                    tables,
-                    perceptual_roughness,
-                    degrees.min(LARGEST_ANGLE),
-                    count,
-                    &mut rng,
-                )
+                measure_place(tables, first, degrees.min(LARGEST_ANGLE), count, &mut rng)
             });
             let places = places.collect();
             progress(done.fetch_add(1, Ordering::Relaxed) + 1, total as u64);
@@ -141,7 +136,7 @@ impl Measurement {
             .flat_map(|(_, places)| places)
             .collect();
         Band {
-            perceptual_roughness: [edge(columns.start), edge(columns.end)],
+            first_axis: [edge(columns.start), edge(columns.end)],
             places: places.len(),
             lights: places.iter().map(|place| place.samples.len()).sum(),
             table: Numbers::new(&places, 0),
@@ -150,17 +145,17 @@ impl Measurement {
     }
 }
 
-fn place(
+fn measure_place(
     tables: [&Table; 2],
-    perceptual_roughness: f64,
+    first: f64,
     degrees: f64,
     lights: u64,
     rng: &mut Pcg32,
 ) -> Place {
-    let theta = degrees.to_radians();
-    let brdf = tables[0].settings().brdf;
-    let truth = Truth::new(brdf, perceptual_roughness, theta, Truth::DIRECTIONS);
-    let lobes = tables.map(|table| Lobes::look_up(table, perceptual_roughness, theta));
+    let brdf = tables[0].brdf();
+    let place = place(brdf, first, degrees.to_radians(), || rng.random());
+    let truth = Truth::new(brdf, &place, Truth::DIRECTIONS);
+    let lobes = tables.map(|table| Lobes::look_up(table, &place));
     let samples = (0..lights).map(|_| {
         let light = Quad::random(rng, &truth);
         Sample {
@@ -197,7 +192,7 @@ impl Numbers {
         let leaked = places.iter().map(|place| place.leaked[which]);
         Self {
             rmse: error(0),
-            schlick_rmse: error(1),
+            secondary_rmse: error(1),
             median_relative: percentile(50),
             percentile_95_relative: percentile(95),
             furnace: furnace.fold([f64::INFINITY, 0.0], |[least, greatest], ratio| {

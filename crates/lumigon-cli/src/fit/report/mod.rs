@@ -5,6 +5,7 @@ mod figure;
 mod light;
 mod measure;
 mod page;
+mod place;
 mod plot;
 mod record;
 mod response;
@@ -16,7 +17,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use lumigon_fit::{FitError, Manifest, Settings, Table};
+use lumigon_fit::{FitError, Manifest, ObjectiveKind, Settings, Table};
 
 use crate::Failure;
 use crate::interrupt::Interrupt;
@@ -79,7 +80,7 @@ impl Report {
             Some(given) => given,
             None => fit_baseline(&table, &interrupt)?,
         };
-        if baseline.settings().brdf != table.settings().brdf {
+        if baseline.brdf() != table.brdf() {
             return Err(format!(
                 "{}: it is of another BRDF than {}; choose a baseline of the same",
                 baseline_record.name, table_record.name
@@ -161,7 +162,7 @@ impl Report {
                 columns: COLUMNS,
                 rows: ROWS,
                 rmse: both(&|which| measurement.rmse(which, 0)),
-                schlick_rmse: both(&|which| measurement.rmse(which, 1)),
+                secondary_rmse: both(&|which| measurement.rmse(which, 1)),
                 furnace: both(&|which| measurement.furnace(which)),
                 leaked: both(&|which| measurement.leaked(which)),
             },
@@ -178,7 +179,7 @@ fn read(path: &Path) -> Result<(Table, TableRecord), Failure> {
     let table = Table::read(path)?;
     let manifest = Manifest::read(path)?;
     let stem = path.file_stem().unwrap_or(path.as_os_str());
-    let name = format!("{} ({})", stem.to_string_lossy(), objective(&table));
+    let name = format!("{} ({})", stem.to_string_lossy(), recipe(&table));
     let read = Some((path.display().to_string(), manifest));
     let record = TableRecord::new(&table, &name, read);
     Ok((table, record))
@@ -187,7 +188,7 @@ fn read(path: &Path) -> Result<(Table, TableRecord), Failure> {
 /// A table of the same BRDF and size by the published recipe.
 fn fit_baseline(table: &Table, interrupt: &Interrupt) -> Result<(Table, TableRecord), Failure> {
     let settings = Settings {
-        brdf: table.settings().brdf,
+        brdf: table.brdf(),
         size: table.settings().size,
         ..Settings::published()
     };
@@ -197,16 +198,19 @@ fn fit_baseline(table: &Table, interrupt: &Interrupt) -> Result<(Table, TableRec
         Err(FitError::Cancelled) => return Err(Failure::Interrupted),
         baseline => baseline?,
     };
-    let name = format!("baseline ({})", objective(&baseline));
+    let name = format!("baseline ({})", recipe(&baseline));
     let record = TableRecord::new(&baseline, &name, None);
     Ok((baseline, record))
 }
 
-/// What a table was fitted on, in words.
-fn objective(table: &Table) -> &'static str {
-    match table.settings().objective {
-        lumigon_fit::ObjectiveKind::Density => "density fit",
-        lumigon_fit::ObjectiveKind::Integral => "integral fit",
+/// How a table was fitted, in words.
+fn recipe(table: &Table) -> &'static str {
+    let settings = table.settings();
+    match (settings.objective, settings.lobes > 1 || settings.cosine) {
+        (ObjectiveKind::Density, false) => "density fit",
+        (ObjectiveKind::Density, true) => "density fit, several lobes",
+        (ObjectiveKind::Integral, false) => "integral fit",
+        (ObjectiveKind::Integral, true) => "integral fit, several lobes",
     }
 }
 

@@ -14,9 +14,11 @@ const LABEL: f64 = 25.0;
 const TICK: f64 = 23.0;
 const BAR: i32 = 180;
 
-/// Numbers over the perceptual roughness (columns, 0 to 1) and the view angle (rows).
+/// Numbers over the first axis (columns, 0 to 1) and the view angle (rows).
 pub(super) struct Panel<'a> {
     pub(super) title: &'a str,
+    /// What the first axis is.
+    pub(super) x_label: &'a str,
     pub(super) columns: usize,
     pub(super) numbers: &'a [f64],
     /// The view angle at the end of the rows, in degrees.
@@ -50,7 +52,7 @@ pub(super) fn heat_maps(
             .y_label_formatter(&|y| format!("{y:.0}"))
             .label_style(theme.text(TICK, theme.ink))
             .axis_desc_style(theme.text(LABEL, theme.ink))
-            .x_desc("perceptual roughness")
+            .x_desc(panel.x_label)
             .y_desc("view angle (degrees)")
             .draw()?;
         // Pixel by pixel: rectangles would leave gaps between them.

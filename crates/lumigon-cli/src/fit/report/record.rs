@@ -50,7 +50,7 @@ pub(super) struct Cells {
     pub(super) columns: usize,
     pub(super) rows: usize,
     pub(super) rmse: [Vec<f64>; 2],
-    pub(super) schlick_rmse: [Vec<f64>; 2],
+    pub(super) secondary_rmse: [Vec<f64>; 2],
     pub(super) furnace: [Vec<f64>; 2],
     pub(super) leaked: [Vec<f64>; 2],
 }

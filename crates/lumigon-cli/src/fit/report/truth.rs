@@ -3,23 +3,23 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use lumigon_fit::{Brdf, BrdfKind, Node};
+use lumigon_fit::{Brdf, BrdfKind};
 
 use super::light::Quad;
 
-/// A BRDF at one perceptual roughness and view, as weighted directions: polygon integrals are sums
+/// A BRDF at one place of a table, as weighted directions: polygon integrals are sums
 /// of weights, with an error of about 3e-4 of the albedo (rms) at [`Truth::DIRECTIONS`].
 pub(super) struct Truth {
     brdf: Arc<dyn Brdf>,
     view: DVec3,
-    width: f64,
+    widths: [f64; 2],
     directions: Vec<Direction>,
     albedo: [f64; 2],
 }
 
 struct Direction {
     light: DVec3,
-    /// With F = 1, and weighted by Schlick's factor.
+    /// With F = 1, and under the BRDF's second weight.
     weights: [f64; 2],
 }
 
@@ -27,18 +27,16 @@ impl Truth {
     /// Directions that the report's numbers are measured with.
     pub(super) const DIRECTIONS: u32 = 17_711;
 
-    /// `theta` is the view's angle in radians; `directions` may be 0 where only the density counts.
-    pub(super) fn new(
-        kind: BrdfKind,
-        perceptual_roughness: f64,
-        theta: f64,
-        directions: u32,
-    ) -> Self {
-        let (node, _) = Node::new(kind, perceptual_roughness, theta.cos(), 64);
+    /// `directions` may be 0 where only the density counts.
+    pub(super) fn new(kind: BrdfKind, place: &[f64], directions: u32) -> Self {
+        let (brdf, view) = kind.at(place);
+        // Mean and half the difference of the logarithms of the limit lobe's widths.
+        let [xx, xy, yy] = brdf.limit(view).ln_width;
+        let (mean, spread) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
         let mut truth = Self {
-            width: node.widths()[1],
-            brdf: node.brdf,
-            view: node.view,
+            widths: [(mean - spread).exp(), (mean + spread).exp()],
+            brdf,
+            view,
             directions: Vec::new(),
             albedo: [0.0; 2],
         };
@@ -51,8 +49,8 @@ impl Truth {
             ];
             if let Some(sample) = truth.brdf.sample(truth.view, u) {
                 let weight = sample.weight * scale;
-                let schlick = schlick_factor(truth.view, sample.light);
-                let weights = [weight, weight * schlick];
+                let secondary = truth.brdf.secondary(truth.view, sample.light);
+                let weights = [weight, weight * secondary];
                 truth.albedo[0] += weights[0];
                 truth.albedo[1] += weights[1];
                 truth.directions.push(Direction {
@@ -64,14 +62,19 @@ impl Truth {
         truth
     }
 
-    /// Directional albedo, with F = 1 and weighted by Schlick's factor.
+    /// Directional albedo, with F = 1 and under the second weight.
     pub(super) fn albedo(&self) -> [f64; 2] {
         self.albedo
     }
 
-    /// About how wide the lobe is where it is narrowest, in radians.
-    pub(super) fn width(&self) -> f64 {
-        self.width
+    /// About how wide the lobe is where it is narrowest and widest, in radians.
+    pub(super) fn widths(&self) -> [f64; 2] {
+        self.widths
+    }
+
+    /// Unit direction of the view.
+    pub(super) fn view(&self) -> DVec3 {
+        self.view
     }
 
     /// A direction towards the light, drawn from the BRDF.
@@ -99,40 +102,43 @@ impl Truth {
     }
 }
 
-/// `(1 - h.v)^5`.
-fn schlick_factor(view: DVec3, light: DVec3) -> f64 {
-    let half = (view + light).normalize_or(view);
-    (1.0 - half.dot(view)).clamp(0.0, 1.0).powi(5)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fit::report::place::in_slice;
 
-    /// The sum over directions against the midpoint rule over the density.
+    /// The sum over directions against the midpoint rule over the density, for every BRDF.
     #[test]
     fn response_is_the_densitys_integral() {
-        let truth = Truth::new(BrdfKind::Ggx, 0.7, 0.8, Truth::DIRECTIONS);
-        let light = Quad::facing(DVec3::new(-0.5, 0.1, 0.8).normalize(), 0.4);
-        let planes = light.edge_planes();
-        let n = 800;
-        let (mut all, mut inside) = (0.0, 0.0);
-        for i in 0..n {
-            for j in 0..n {
-                let z = (f64::from(i) + 0.5) / f64::from(n);
-                let phi = std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(n);
-                let r = (1.0 - z * z).sqrt();
-                let w = DVec3::new(r * phi.cos(), r * phi.sin(), z);
-                let value = truth.density(w) * std::f64::consts::TAU / f64::from(n * n);
-                all += value;
-                if planes.iter().all(|plane| plane.dot(w) > 0.0) {
-                    inside += value;
+        for kind in BrdfKind::ALL {
+            let truth = Truth::new(kind, &in_slice(kind, 0.7, 0.8), Truth::DIRECTIONS);
+            let light = Quad::facing(DVec3::new(-0.5, 0.1, 0.8).normalize(), 0.4);
+            let planes = light.edge_planes();
+            let n = 500;
+            let (mut all, mut inside) = ([0.0; 2], 0.0);
+            for i in 0..n {
+                for j in 0..n {
+                    let z = (f64::from(i) + 0.5) / f64::from(n);
+                    let phi = std::f64::consts::TAU * (f64::from(j) + 0.5) / f64::from(n);
+                    let r = (1.0 - z * z).sqrt();
+                    let w = DVec3::new(r * phi.cos(), r * phi.sin(), z);
+                    let value = truth.density(w) * std::f64::consts::TAU / f64::from(n * n);
+                    all[0] += value;
+                    all[1] += value * truth.brdf.secondary(truth.view, w);
+                    if planes.iter().all(|plane| plane.dot(w) > 0.0) {
+                        inside += value;
+                    }
                 }
             }
+            let response = truth.response(&light)[0];
+            for (sum, albedo) in all.into_iter().zip(truth.albedo()) {
+                assert!((sum - albedo).abs() < 1e-3, "{kind:?}: {sum} {albedo}");
+            }
+            assert!(
+                (inside - response).abs() < 2e-3,
+                "{kind:?}: {inside} {response}"
+            );
+            assert!(response > 0.001, "{kind:?}: {response}");
         }
-        let response = truth.response(&light)[0];
-        assert!((all - truth.albedo()[0]).abs() < 1e-3, "{all}");
-        assert!((inside - response).abs() < 1e-3, "{inside} {response}");
-        assert!(response > 0.1);
     }
 }
