@@ -42,7 +42,10 @@ impl Checkpoint {
             0 => self.previous.iter().all(Vec::is_empty),
             _ => self.previous.iter().all(whole),
         };
-        let current = self.current.iter().all(|bits| bits.is_empty() || whole(bits));
+        let current = self
+            .current
+            .iter()
+            .all(|bits| bits.is_empty() || whole(bits));
         let counts = self.previous.len() == count && self.current.len() == count;
         let pass = self.pass <= 2 * settings.sweeps as usize + 1;
         if previous && current && counts && pass {
@@ -75,7 +78,8 @@ impl Checkpoint {
     }
 
     pub(crate) fn next_pass(&mut self) {
-        self.previous = std::mem::replace(&mut self.current, vec![Bits::new(); self.previous.len()]);
+        self.previous =
+            std::mem::replace(&mut self.current, vec![Bits::new(); self.previous.len()]);
         self.pass += 1;
     }
 

@@ -61,7 +61,10 @@ struct DensityResiduals {
 impl DensityResiduals {
     /// Its square is the cubed error over the samples' joint density.
     fn residual(&self, lobes: &[Ltc], light: DVec3, value: f64, pdf: f64) -> f64 {
-        let total: f64 = lobes.iter().map(|lobe| lobe.amplitude * lobe.density(light)).sum();
+        let total: f64 = lobes
+            .iter()
+            .map(|lobe| lobe.amplitude * lobe.density(light))
+            .sum();
         // The lobes' own samples, in equal numbers.
         let own = lobes.iter().map(|lobe| lobe.density(light)).sum::<f64>() / lobes.len() as f64;
         let joint = pdf + own;

@@ -88,9 +88,7 @@ impl Problem {
         start: &[Coordinates],
         pull: Option<(&[Coordinates], f64)>,
     ) -> (Lobes, f64) {
-        let free = settings
-            .parametrisation
-            .free(settings.brdf.is_isotropic());
+        let free = settings.parametrisation.free(settings.brdf.is_isotropic());
         let place = |params: &[f64]| {
             let mut lobes = start.to_vec();
             for (lobe, params) in lobes.iter_mut().zip(params.chunks(free.len())) {
@@ -175,7 +173,10 @@ impl Problem {
             .iter()
             .filter_map(|[low, high]| Some((low.as_ref()?, high.as_ref()?)))
             .map(|(low, high)| combined([0.5, 0.5], low, high))
-            .chain(grid.beyond(index, all).map(|[near, far]| combined([2.0, -1.0], near, far)))
+            .chain(
+                grid.beyond(index, all)
+                    .map(|[near, far]| combined([2.0, -1.0], near, far)),
+            )
             .collect();
         let pull = (!straight.is_empty() && smoothing > 0.0).then(|| {
             let mean = |lobe: usize, i: usize| {
@@ -230,7 +231,9 @@ impl Problem {
 /// Weighted sum of two texels' coordinates.
 fn combined(weights: [f64; 2], a: &Lobes, b: &Lobes) -> Lobes {
     let sum = |(a, b): (&Coordinates, &Coordinates)| {
-        Coordinates(std::array::from_fn(|i| weights[0] * a.0[i] + weights[1] * b.0[i]))
+        Coordinates(std::array::from_fn(|i| {
+            weights[0] * a.0[i] + weights[1] * b.0[i]
+        }))
     };
     a.iter().zip(b).map(sum).collect()
 }

@@ -153,7 +153,13 @@ mod tests {
         for (brdf, lobes, cosine, place, channels) in [
             (BrdfKind::Ggx, 1, true, vec![0.3, 0.8], 8),
             (BrdfKind::Ggx, 2, false, vec![0.01, 0.5], 12),
-            (BrdfKind::GgxAnisotropic, 1, false, vec![0.7, 0.4, 0.8, 0.3], 12),
+            (
+                BrdfKind::GgxAnisotropic,
+                1,
+                false,
+                vec![0.7, 0.4, 0.8, 0.3],
+                12,
+            ),
         ] {
             let settings = Settings {
                 brdf,

@@ -91,8 +91,16 @@ pub(crate) fn turn(by: DVec2) -> DMat3 {
     let (sin, cos) = angle.sin_cos();
     let row = |a: f64, b: f64, c: f64| DVec3::new(a, b, c);
     DMat3::from_cols(
-        row(1.0 + (cos - 1.0) * u.x * u.x, (cos - 1.0) * u.x * u.y, sin * u.x),
-        row((cos - 1.0) * u.x * u.y, 1.0 + (cos - 1.0) * u.y * u.y, sin * u.y),
+        row(
+            1.0 + (cos - 1.0) * u.x * u.x,
+            (cos - 1.0) * u.x * u.y,
+            sin * u.x,
+        ),
+        row(
+            (cos - 1.0) * u.x * u.y,
+            1.0 + (cos - 1.0) * u.y * u.y,
+            sin * u.y,
+        ),
         row(-sin * u.x, -sin * u.y, cos),
     )
 }
@@ -113,7 +121,12 @@ mod tests {
             let mirrored = DVec3::new(-view.x, -view.y, view.z);
             let rotation = limit.shading_to_peak;
             assert!((rotation * mirrored - DVec3::Z).length() < 1e-12);
-            assert!((rotation * rotation.transpose() - DMat3::IDENTITY).x_axis.length() < 1e-14);
+            assert!(
+                (rotation * rotation.transpose() - DMat3::IDENTITY)
+                    .x_axis
+                    .length()
+                    < 1e-14
+            );
         }
     }
 

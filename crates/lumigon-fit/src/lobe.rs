@@ -114,13 +114,17 @@ mod tests {
     use rand::SeedableRng;
 
     use super::*;
-    use crate::{node::Node, kind::BrdfKind};
+    use crate::{kind::BrdfKind, node::Node};
 
     /// The documented error, against a lattice twenty times finer.
     #[test]
     fn response_is_accurate() {
         for (perceptual_roughness, cos_theta) in [(0.05, 0.9), (0.4, 0.1), (1.0, 0.5)] {
-            let (node, coarse) = Node::new(BrdfKind::Ggx, &[perceptual_roughness, (1.0 - cos_theta as f64).sqrt()], 10_946);
+            let (node, coarse) = Node::new(
+                BrdfKind::Ggx,
+                &[perceptual_roughness, (1.0 - cos_theta as f64).sqrt()],
+                10_946,
+            );
             let fine = Lobe::new(node.brdf.as_ref(), node.view, 250_000);
             let mut rng = rand_pcg::Pcg32::seed_from_u64(5);
             let (mut sum, mut worst) = (0.0, 0.0_f64);

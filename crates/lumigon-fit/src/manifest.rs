@@ -7,11 +7,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::{
-    errors::ErrorReport,
-    fit::FitError,
-    kind::BrdfKind,
-    layout::Layout,
-    settings::Settings,
+    errors::ErrorReport, fit::FitError, kind::BrdfKind, layout::Layout, settings::Settings,
     table::Table,
 };
 
@@ -156,18 +152,30 @@ impl Manifest {
 /// Frames, and the scale that is taken out of a matrix.
 fn frame(brdf: BrdfKind) -> &'static str {
     match brdf {
-        BrdfKind::Ggx => "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_peak turns the mirrored view into z, rows (cos, 0, sin), (0, 1, 0), (-sin, 0, cos) of theta_view. s = alpha",
-        BrdfKind::GgxAnisotropic => "shading space: z = normal, x along the greater width alpha_x. shading_to_peak turns the mirrored view into z about the axis at right angles to both. s = 2 alpha_x alpha_y / (alpha_x + alpha_y)",
-        BrdfKind::Charlie | BrdfKind::Eon => "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_peak = 1, s = 1",
+        BrdfKind::Ggx => {
+            "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_peak turns the mirrored view into z, rows (cos, 0, sin), (0, 1, 0), (-sin, 0, cos) of theta_view. s = alpha"
+        }
+        BrdfKind::GgxAnisotropic => {
+            "shading space: z = normal, x along the greater width alpha_x. shading_to_peak turns the mirrored view into z about the axis at right angles to both. s = 2 alpha_x alpha_y / (alpha_x + alpha_y)"
+        }
+        BrdfKind::Charlie | BrdfKind::Eon => {
+            "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_peak = 1, s = 1"
+        }
     }
 }
 
 /// How a texel's lobes make a response.
 fn response(brdf: BrdfKind) -> &'static str {
     match brdf {
-        BrdfKind::Ggx | BrdfKind::GgxAnisotropic => "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space. Summed over lobes: F = 1: amplitude * form_factor; weighted with (1 - h.v)^5: schlick * form_factor; Schlick's Fresnel: (f0 * (amplitude - schlick) + f90 * schlick) * form_factor",
-        BrdfKind::Charlie => "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space. Summed over lobes: amplitude * form_factor. Lobe \"cosine\": shading_to_cosine = 1",
-        BrdfKind::Eon => "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space. Summed over lobes: (rho * amplitude + rho_ms * multiple_scattering) * form_factor, rho_ms = rho^2 <E> / (1 - rho (1 - <E>)). Lobe \"cosine\": shading_to_cosine = 1",
+        BrdfKind::Ggx | BrdfKind::GgxAnisotropic => {
+            "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space. Summed over lobes: F = 1: amplitude * form_factor; weighted with (1 - h.v)^5: schlick * form_factor; Schlick's Fresnel: (f0 * (amplitude - schlick) + f90 * schlick) * form_factor"
+        }
+        BrdfKind::Charlie => {
+            "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space. Summed over lobes: amplitude * form_factor. Lobe \"cosine\": shading_to_cosine = 1"
+        }
+        BrdfKind::Eon => {
+            "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space. Summed over lobes: (rho * amplitude + rho_ms * multiple_scattering) * form_factor, rho_ms = rho^2 <E> / (1 - rho (1 - <E>)). Lobe \"cosine\": shading_to_cosine = 1"
+        }
     }
 }
 

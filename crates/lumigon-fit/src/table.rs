@@ -1,8 +1,7 @@
 use std::path::Path;
 
 use crate::{
-    fit::FitError, kind::BrdfKind, layout::Layout, ltc::Ltc, manifest::Manifest,
-    settings::Settings,
+    fit::FitError, kind::BrdfKind, layout::Layout, ltc::Ltc, manifest::Manifest, settings::Settings,
 };
 
 /// A fitted table: numbers on a regular grid over a BRDF's axes ([`BrdfKind::axes`]).
@@ -127,12 +126,17 @@ mod tests {
             size: 3,
             ..Settings::default()
         };
-        let texels: Vec<f32> = (0..9).flat_map(|i| {
-            let mut texel = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
-            texel[4] = i as f32;
-            texel
-        }).collect();
-        let table = Table { settings, texels: texels[..9 * 8].to_vec() };
+        let texels: Vec<f32> = (0..9)
+            .flat_map(|i| {
+                let mut texel = [1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+                texel[4] = i as f32;
+                texel
+            })
+            .collect();
+        let table = Table {
+            settings,
+            texels: texels[..9 * 8].to_vec(),
+        };
         assert_eq!(table.channel_count(), 8);
         assert_eq!(table.lookup(0.5, 0.75)[0].amplitude, 4.0);
         assert_eq!(table.lookup(1.0, 0.0)[0].amplitude, 8.0);
