@@ -55,12 +55,13 @@ pub struct Settings {
 }
 
 impl Default for Settings {
+    /// One lobe and the cosine for isotropic GGX: the shipped table.
     fn default() -> Self {
         Self {
             brdf: BrdfKind::Ggx,
             size: 32,
             lobes: 1,
-            cosine: false,
+            cosine: true,
             objective: ObjectiveKind::Integral,
             parametrisation: Parametrisation::Free,
             seed: 1,
@@ -76,6 +77,37 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// What suits a BRDF, fitted on integrals with one lobe or two: each shipped table's settings.
+    pub fn of(brdf: BrdfKind, lobes: u32) -> Self {
+        let base = Self {
+            brdf,
+            lobes,
+            cosine: lobes == 1,
+            ..Self::default()
+        };
+        match brdf {
+            BrdfKind::Ggx if lobes > 1 => Self {
+                sweeps: 6,
+                smoothing: 0.06,
+                ..base
+            },
+            BrdfKind::Ggx | BrdfKind::Eon => base,
+            // A dim lobe on which the cosine is of no use.
+            BrdfKind::Charlie => Self {
+                cosine: false,
+                floor: 0.005,
+                ..base
+            },
+            BrdfKind::GgxAnisotropic => Self {
+                size: 16,
+                cosine: false,
+                samples: 200,
+                sweeps: 2,
+                ..base
+            },
+        }
+    }
+
     /// The published recipe: pointwise density in the lobe's mean-direction frame.
     pub fn published() -> Self {
         Self {
@@ -84,6 +116,7 @@ impl Settings {
             samples: 1024,
             sweeps: 0,
             size: 64,
+            cosine: false,
             ..Self::default()
         }
     }
