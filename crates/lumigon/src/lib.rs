@@ -33,6 +33,7 @@
 #![cfg_attr(not(feature = "std"), no_std)]
 extern crate alloc;
 
+mod anisotropic_ltc;
 mod clip;
 mod ggx;
 mod irradiance;
@@ -49,6 +50,7 @@ mod solid_angle;
 mod technique;
 mod vec3;
 
+pub use anisotropic_ltc::AnisotropicLtc;
 pub use ggx::{MINIMUM_ALPHA, ggx_cosine, schlick};
 pub use irradiance::{form_factor, irradiance, light_vector, light_vector_above};
 pub use lanes::{LaneMask, Lanes};

@@ -20,7 +20,8 @@ pub struct Ltc<T> {
     ///
     /// m11 and m11 m33 - m13 m31 must be positive: the map keeps orientation.
     pub shading_to_cosine: [T; 4],
-    /// Integral of the lobe over the hemisphere with F = 1.
+    /// Integral of the lobe over the sphere with F = 1; [`Ltc::share_above_horizon`] of it is
+    /// above the surface.
     pub amplitude: T,
     /// The same weighted by Schlick's (1 - h.v)^5.
     pub schlick: T,
@@ -38,11 +39,23 @@ impl<T: Real> Ltc<T> {
         }
     }
 
-    /// Response for reflectance `f0` at normal incidence (Schlick's Fresnel, F90 = 1), to be
+    /// Response for Schlick's Fresnel term, `f0` at normal and `f90` at grazing incidence, to be
     /// multiplied by [`ltc_form_factor`] and the light's radiance.
     #[inline(always)]
-    pub fn reflectance(&self, f0: T) -> T {
-        f0.mul_add(self.amplitude - self.schlick, self.schlick)
+    pub fn reflectance(&self, f0: T, f90: T) -> T {
+        f0.mul_add(self.amplitude - self.schlick, f90 * self.schlick)
+    }
+
+    /// Share of the normalised lobe above the surface's horizon, in \[0, 1\].
+    ///
+    /// Times [`Ltc::amplitude`] it is the directional albedo: [`ltc_form_factor`] of a light that
+    /// fills the hemisphere.
+    #[inline(always)]
+    pub fn share_above_horizon(&self) -> T {
+        let [m11, _, m31, _] = self.shading_to_cosine;
+        let zero = m11.constant(0.0);
+        let horizon = Vec3::new(-m31, zero, m11).normalize_or_zero();
+        half_space_share(horizon)
     }
 
     /// Density of the lobe in the direction `light` of the shading frame (unit), in 1/sr; it
@@ -85,7 +98,7 @@ impl<T: Real> Ltc<T> {
 pub struct PreparedLtc<T> {
     /// Rows of `world_to_cosine`.
     rows: [Vec3<T>; 3],
-    /// Their pairwise cross products (1x2, 2x0, 0x1): the cofactors, which carry normals.
+    /// Their cofactors, which carry normals.
     cofactors: [Vec3<T>; 3],
     /// Unit normal of the surface.
     normal: Vec3<T>,
@@ -115,21 +128,13 @@ impl<T: Real> PreparedLtc<T> {
             bitangent,
             tangent * m31 + normal * m33,
         ];
-        // Scaled so that no offset of length 1 becomes longer (Frobenius norm).
-        let squared_norm = rows[0].dot(rows[0]) + rows[1].dot(rows[1]) + rows[2].dot(rows[2]);
-        let scale = m11.constant(1.0) / squared_norm.sqrt();
-        let rows = [rows[0] * scale, rows[1] * scale, rows[2] * scale];
+        let rows = scaled(rows, m11.constant(1.0) / squared_norm(rows).sqrt());
         let (zero, one) = (m11.constant(0.0), m11.constant(1.0));
-        // The two planes rise against each other in opposite half circles. Where they coincide
-        // (m31 = 0) any pair of opposite ones is right, but it must be a pair: both from one sign.
+        // As below, with the sines and cosines of a lobe that only leans: no rounding.
         let sign = T::select(m31.lt(zero), -one, one);
         Self {
             rows,
-            cofactors: [
-                rows[1].cross(rows[2]),
-                rows[2].cross(rows[0]),
-                rows[0].cross(rows[1]),
-            ],
+            cofactors: cofactors(rows),
             normal,
             // M^T n up to a factor: the third row of M.
             horizon: Vec3::new(-m31, zero, m11).normalize_or_zero(),
@@ -138,23 +143,99 @@ impl<T: Real> PreparedLtc<T> {
         }
     }
 
+    /// Any lobe: `rows` are those of the map from world space to the space where the lobe is the
+    /// clamped cosine about z, `normal` is the surface's unit normal in world space.
+    ///
+    /// The map's determinant must be positive; a factor does not matter. What is singular or not
+    /// finite lights nothing or gives NaN.
+    #[inline(always)]
+    pub fn from_world_to_cosine(rows: [Vec3<T>; 3], normal: Vec3<T>) -> Self {
+        let like = normal.x;
+        let (zero, one) = (like.constant(0.0), like.constant(1.0));
+        // By the greatest element first: no square overflows or vanishes.
+        let greatest = greatest_element(rows).max(like.constant(1e-37));
+        let rows = scaled(rows, one / greatest);
+        let rows = scaled(rows, one / squared_norm(rows).sqrt());
+        let cofactors = cofactors(rows);
+        let horizon = transformed(&cofactors, normal).normalize_or_zero();
+        // Where the horizon rises on the lobe's plane is hxy / |hxy|, where z rises on the
+        // horizon's plane is z - hz h. Where the planes coincide both are open, and any pair of
+        // opposite ones is right, but it must be a pair: both from one direction.
+        let squared_sine = horizon.x * horizon.x + horizon.y * horizon.y;
+        let apart = squared_sine.gt(like.constant(1e-30));
+        let sine = T::select(apart, squared_sine, one).sqrt();
+        let rise_x = T::select(apart, horizon.x / sine, one);
+        let rise_y = T::select(apart, horizon.y / sine, zero);
+        let sine = T::select(apart, sine, zero);
+        Self {
+            rows,
+            cofactors,
+            normal,
+            horizon,
+            horizon_rise: Vec3::new(rise_x, rise_y, zero),
+            lobe_rise: Vec3::new(-horizon.z * rise_x, -horizon.z * rise_y, sine),
+        }
+    }
+
+    /// Rows of the map from world space to cosine space, scaled so that no vector grows.
+    ///
+    /// [`PreparedLtc::from_world_to_cosine`] takes them back.
+    #[inline(always)]
+    pub fn world_to_cosine(&self) -> [Vec3<T>; 3] {
+        self.rows
+    }
+
     #[inline(always)]
     fn transform(&self, v: Vec3<T>) -> Vec3<T> {
-        Vec3::new(
-            self.rows[0].dot(v),
-            self.rows[1].dot(v),
-            self.rows[2].dot(v),
-        )
+        transformed(&self.rows, v)
     }
 
     #[inline(always)]
     fn transform_normal(&self, v: Vec3<T>) -> Vec3<T> {
-        Vec3::new(
-            self.cofactors[0].dot(v),
-            self.cofactors[1].dot(v),
-            self.cofactors[2].dot(v),
-        )
+        transformed(&self.cofactors, v)
     }
+}
+
+/// The cosine's integral above a plane through the origin: half of 1 + the cosine of its tilt.
+#[inline(always)]
+pub(crate) fn half_space_share<T: Real>(horizon: Vec3<T>) -> T {
+    let half = horizon.z.constant(0.5);
+    horizon.z.mul_add(half, half)
+}
+
+#[inline(always)]
+fn transformed<T: Real>(rows: &[Vec3<T>; 3], v: Vec3<T>) -> Vec3<T> {
+    Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v))
+}
+
+/// Squared Frobenius norm: no vector grows by more than its root.
+#[inline(always)]
+fn squared_norm<T: Real>(rows: [Vec3<T>; 3]) -> T {
+    rows[0].dot(rows[0]) + rows[1].dot(rows[1]) + rows[2].dot(rows[2])
+}
+
+#[inline(always)]
+fn greatest_element<T: Real>(rows: [Vec3<T>; 3]) -> T {
+    let [a, b, c] = rows;
+    let a = a.x.abs().max(a.y.abs()).max(a.z.abs());
+    let b = b.x.abs().max(b.y.abs()).max(b.z.abs());
+    let c = c.x.abs().max(c.y.abs()).max(c.z.abs());
+    a.max(b).max(c)
+}
+
+#[inline(always)]
+fn scaled<T: Real>(rows: [Vec3<T>; 3], factor: T) -> [Vec3<T>; 3] {
+    [rows[0] * factor, rows[1] * factor, rows[2] * factor]
+}
+
+/// Pairwise cross products (1x2, 2x0, 0x1): the inverse transpose times the determinant.
+#[inline(always)]
+pub(crate) fn cofactors<T: Real>(rows: [Vec3<T>; 3]) -> [Vec3<T>; 3] {
+    [
+        rows[1].cross(rows[2]),
+        rows[2].cross(rows[0]),
+        rows[0].cross(rows[1]),
+    ]
 }
 
 /// Vertices in cosine space.

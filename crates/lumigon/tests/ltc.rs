@@ -7,7 +7,7 @@ use lumigon::{
     Ltc, LtcTable, PolygonLight, PreparedLtc, Sides, Vec3, clip_loop, form_factor, ltc_form_factor,
 };
 use lumigon_reference::Polygon;
-use polygons::{KINDS, Placed, Random, Vector, array};
+use polygons::{KINDS, Placed, Random, Vector, array, edge_sum};
 
 const UP: Vector = Vec3::new(0.0, 0.0, 1.0);
 
@@ -68,22 +68,6 @@ fn shading_frame(normal: Vector, view: Vector) -> [Vector; 3] {
 
 fn rotate(rows: &[Vector; 3], v: Vector) -> Vector {
     Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v))
-}
-
-/// Form factor of loops by Lambert's edge sum about z, clockwise seen from the origin positive.
-fn edge_sum(loops: &[Vec<Vector>]) -> f64 {
-    let mut sum = 0.0;
-    for vertices in loops {
-        for i in 0..vertices.len() {
-            let (a, b) = (vertices[i], vertices[(i + 1) % vertices.len()]);
-            let cross = a.cross(b);
-            let length = cross.length();
-            if length > 0.0 {
-                sum -= cross.z / length * length.atan2(a.dot(b));
-            }
-        }
-    }
-    sum / std::f64::consts::TAU
 }
 
 /// What [`ltc_form_factor`] should be, by clipping the loops at one plane after the other.

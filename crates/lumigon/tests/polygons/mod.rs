@@ -267,3 +267,19 @@ impl Placed {
 pub(crate) fn array(v: Vector) -> [f64; 3] {
     v.into()
 }
+
+/// Form factor of loops by Lambert's edge sum about z, clockwise seen from the origin positive.
+pub(crate) fn edge_sum(loops: &[Vec<Vector>]) -> f64 {
+    let mut sum = 0.0;
+    for vertices in loops {
+        for i in 0..vertices.len() {
+            let (a, b) = (vertices[i], vertices[(i + 1) % vertices.len()]);
+            let cross = a.cross(b);
+            let length = cross.length();
+            if length > 0.0 {
+                sum -= cross.z / length * length.atan2(a.dot(b));
+            }
+        }
+    }
+    sum / std::f64::consts::TAU
+}
