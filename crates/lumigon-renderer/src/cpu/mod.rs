@@ -1,14 +1,18 @@
 //! The CPU backend: rays through a bounding volume hierarchy, tiles in parallel, SIMD over pixels.
 
+mod batch;
+mod fitted_lobes;
 mod geometry;
 mod hits;
+mod lobes;
+mod material;
 mod pixel_samples;
 mod reference;
 mod shade;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lumigon::{LtcTable, PolygonLight, Sides, SpecularMethod, Vec3 as LightVec3};
+use lumigon::{PolygonLight, Sides, Vec3 as LightVec3};
 use rayon::prelude::*;
 
 use crate::render::{
@@ -17,6 +21,7 @@ use crate::render::{
 };
 use crate::scene::{Camera, Scene};
 
+use fitted_lobes::FittedLobes;
 use geometry::Geometry;
 use hits::Hits;
 use pixel_samples::pixel_samples;
@@ -38,7 +43,7 @@ pub struct CpuRenderer<'a> {
     geometry: Geometry,
     lights: Vec<ShadingLight>,
     warnings: Vec<String>,
-    ggx: LtcTable,
+    fitted: FittedLobes,
 }
 
 impl<'a> CpuRenderer<'a> {
@@ -68,7 +73,7 @@ impl<'a> CpuRenderer<'a> {
             geometry: Geometry::new(scene),
             lights,
             warnings,
-            ggx: LtcTable::ggx(),
+            fitted: FittedLobes::new(),
         }
     }
 
@@ -141,7 +146,14 @@ impl<'a> CpuRenderer<'a> {
         watch: Watch<'_>,
     ) -> Result<ReferenceRendering, RenderError> {
         check_size(settings.width, settings.height, settings.samples)?;
-        reference::render(self.scene, &self.geometry, camera, settings, watch)
+        reference::render(
+            self.scene,
+            &self.geometry,
+            &self.fitted,
+            camera,
+            settings,
+            watch,
+        )
     }
 
     /// The pixels from (x, y) to a tile's side beyond, or to the picture's edge; none where the
@@ -174,7 +186,7 @@ impl<'a> CpuRenderer<'a> {
                     let v = (f64::from(py) + offset[1]) / f64::from(settings.height);
                     let (origin, direction) = camera.ray(u as f32, v as f32, aspect);
                     if let Some(surface) = self.geometry.surface(self.scene, origin, direction) {
-                        hits.push(pixel, &surface, -direction);
+                        hits.push(pixel, &surface, -direction, &self.fitted, settings.specular);
                     }
                 }
             }
@@ -185,24 +197,21 @@ impl<'a> CpuRenderer<'a> {
 
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
     fn shade(&self, hits: &mut Hits, settings: &RenderSettings, share: f32, tile: &mut Tile) {
-        if settings.specular == SpecularMethod::Ltc {
-            hits.look_up(&self.ggx);
-        }
+        hits.pad();
         let mut light = shade::polygons(hits, &self.lights, settings.diffuse, settings.specular);
         for punctual in &self.scene.punctual_lights {
-            light.add_punctual(hits, punctual, settings.specular);
+            shade::add_punctual(&mut light, hits, punctual, settings.specular);
         }
-        for (i, hit) in hits.surfaces().iter().enumerate() {
+        for (hit, light) in hits.surfaces().iter().zip(light) {
             let pixel = hit.pixel as usize;
-            for channel in 0..3 {
-                tile.emitted[pixel][channel] += hit.emitted[channel] * share;
-                tile.diffuse[pixel][channel] += hit.lobes.diffuse_albedo[channel]
-                    * std::f32::consts::FRAC_1_PI
-                    * light.irradiance[channel][i]
-                    * share;
-                let f0 = hit.lobes.f0[channel];
-                let (whole, schlick) = (light.specular[channel][i], light.schlick[channel][i]);
-                tile.specular[pixel][channel] += (f0 * (whole - schlick) + schlick) * share;
+            for (to, part) in [
+                (&mut tile.emitted, hit.lobes.emitted),
+                (&mut tile.diffuse, light.diffuse),
+                (&mut tile.specular, light.specular),
+            ] {
+                for (to, part) in to[pixel].iter_mut().zip(part.to_array()) {
+                    *to += part * share;
+                }
             }
         }
     }

@@ -6,8 +6,9 @@ use std::sync::atomic::Ordering;
 use glam::{DVec3, Vec3};
 use lumigon_reference::{Channel, Emitter, Polygon, PunctualLight, Ray, Settings, Surface};
 
+use super::fitted_lobes::FittedLobes;
 use super::geometry::Geometry;
-use super::hits::{Lobes, emitted};
+use super::lobes::Lobes;
 use super::pixel_samples::pixel_samples;
 use crate::render::{Pixels, ReferenceRendering, ReferenceSettings, RenderError, Rendering, Watch};
 use crate::scene::{Camera, PunctualKind, Scene};
@@ -16,6 +17,7 @@ use crate::scene::{Camera, PunctualKind, Scene};
 struct TracedScene<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
+    fitted: &'a FittedLobes,
     emitters: Vec<Emitter>,
     punctual_lights: Vec<PunctualLight>,
 }
@@ -26,15 +28,15 @@ impl lumigon_reference::Scene for TracedScene<'_> {
         let found =
             self.geometry
                 .surface_beyond(self.scene, origin, direction, self.geometry.epsilon)?;
-        let lobes = Lobes::new(&found);
+        let lobes = Lobes::new(&found, -direction.normalize(), self.fitted);
         Some(Surface {
             position: double(found.position),
             geometric_normal: unit(found.geometric_normal),
             shading_normal: unit(found.shading_normal),
-            diffuse_albedo: lobes.diffuse_albedo.map(f64::from),
-            f0: lobes.f0.map(f64::from),
-            alpha: f64::from(lobes.alpha),
-            emitted: emitted(&found).map(f64::from),
+            diffuse_albedo: double(lobes.diffuse_albedo),
+            f0: double(lobes.specular.f0),
+            alpha: f64::from(lobes.specular.alpha[1]),
+            emitted: double(lobes.emitted),
         })
     }
 
@@ -63,6 +65,7 @@ impl lumigon_reference::Scene for TracedScene<'_> {
 pub(super) fn render(
     scene: &Scene,
     geometry: &Geometry,
+    fitted: &FittedLobes,
     camera: &Camera,
     settings: &ReferenceSettings,
     watch: Watch<'_>,
@@ -70,6 +73,7 @@ pub(super) fn render(
     let traced = TracedScene {
         scene,
         geometry,
+        fitted,
         emitters: emitters(scene),
         punctual_lights: scene.punctual_lights.iter().map(punctual).collect(),
     };
