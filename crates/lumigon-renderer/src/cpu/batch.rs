@@ -6,41 +6,42 @@ use lumigon::{Lanes, Vec3};
 /// Most lanes a processor has: lists are padded to a multiple, so that the last packet is full.
 const PADDING: usize = 16;
 
-/// `N` numbers of each of some hits: one list a number.
-pub(super) struct Batch<const N: usize> {
-    /// Which hit each entry is of.
-    hits: Vec<u32>,
+/// Lobes of one kind: `N` numbers of each, one list a number, and the weights `W` of what comes of
+/// them.
+pub(super) struct Batch<const N: usize, W> {
+    /// Which hit each entry is of, and its weights.
+    entries: Vec<(u32, W)>,
     lists: [Vec<f32>; N],
 }
 
-impl<const N: usize> Default for Batch<N> {
+impl<const N: usize, W> Default for Batch<N, W> {
     fn default() -> Self {
         Self {
-            hits: Vec::new(),
+            entries: Vec::new(),
             lists: std::array::from_fn(|_| Vec::new()),
         }
     }
 }
 
-impl<const N: usize> Batch<N> {
-    pub(super) fn push(&mut self, hit: u32, numbers: [f32; N]) {
-        self.hits.push(hit);
+impl<const N: usize, W: Copy> Batch<N, W> {
+    pub(super) fn push(&mut self, hit: u32, weights: W, numbers: [f32; N]) {
+        self.entries.push((hit, weights));
         for (list, number) in self.lists.iter_mut().zip(numbers) {
             list.push(number);
         }
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.hits.is_empty()
+        self.entries.is_empty()
     }
 
-    pub(super) fn hits(&self) -> &[u32] {
-        &self.hits
+    pub(super) fn entries(&self) -> &[(u32, W)] {
+        &self.entries
     }
 
     /// Fills the last packet with repetitions of the last entry.
     pub(super) fn pad(&mut self) {
-        let length = self.hits.len().next_multiple_of(PADDING);
+        let length = self.entries.len().next_multiple_of(PADDING);
         for list in &mut self.lists {
             if let Some(&last) = list.last() {
                 list.resize(length, last);
@@ -50,7 +51,7 @@ impl<const N: usize> Batch<N> {
 
     /// Sums over lights for each entry, by channel, all dark. With room for whole packets.
     pub(super) fn dark(&self) -> [Vec<f32>; 3] {
-        let length = self.hits.len().next_multiple_of(PADDING);
+        let length = self.entries.len().next_multiple_of(PADDING);
         std::array::from_fn(|_| vec![0.0; length])
     }
 
@@ -58,7 +59,7 @@ impl<const N: usize> Batch<N> {
     #[inline(always)]
     pub(super) fn for_each_packet<S: Simd>(&self, mut each: impl FnMut(usize)) {
         let mut start = 0;
-        while start < self.hits.len() {
+        while start < self.entries.len() {
             each(start);
             start += Lanes::<S>::COUNT;
         }

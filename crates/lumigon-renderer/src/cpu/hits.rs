@@ -1,5 +1,7 @@
 //! What a tile's rays have met, sorted by lobe.
 
+use std::f32::consts::FRAC_1_PI;
+
 use glam::Vec3;
 use lumigon::SpecularMethod;
 
@@ -19,7 +21,16 @@ pub(super) const DIRECT: usize = 14;
 pub(super) struct Hit {
     /// Index of the pixel in its tile.
     pub(super) pixel: u32,
-    pub(super) lobes: Lobes,
+    /// Radiance from the surface itself.
+    pub(super) emitted: Vec3,
+}
+
+/// What to keep of the surfaces.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted {
+    pub(super) specular: SpecularMethod,
+    /// Whether lights without extent will ask for the lobes' values.
+    pub(super) punctual: bool,
 }
 
 /// Every surface the rays of a tile have met. Only lobes that reflect something are listed, so
@@ -27,13 +38,16 @@ pub(super) struct Hit {
 #[derive(Default)]
 pub(super) struct Hits {
     surfaces: Vec<Hit>,
-    /// Surfaces to gather irradiance: position and normal.
-    pub(super) diffuse: Batch<6>,
+    /// Each surface's lobes, where wanted.
+    lobes: Vec<Lobes>,
+    /// Surfaces to gather irradiance, position and normal; BRDFs.
+    pub(super) diffuse: Batch<6, Vec3>,
     /// The base's specular lobe, then the coat's: those of one kind are alike, and so are the
-    /// branches they take.
-    pub(super) fitted: [Batch<FITTED>; 2],
-    /// The same lobes where they are not integrated but evaluated.
-    pub(super) direct: [Batch<DIRECT>; 2],
+    /// branches they take. Weights of their form factors.
+    pub(super) fitted: [Batch<FITTED, Vec3>; 2],
+    /// The same lobes where they are not integrated but evaluated. Reflectances at normal and at
+    /// grazing incidence.
+    pub(super) direct: [Batch<DIRECT, [Vec3; 2]>; 2],
 }
 
 impl Hits {
@@ -43,37 +57,60 @@ impl Hits {
         surface: &SurfaceSample,
         view: Vec3,
         fitted: &FittedLobes,
-        method: SpecularMethod,
+        wanted: Wanted,
     ) {
         let index = self.surfaces.len() as u32;
         let lobes = Lobes::new(surface, view, fitted);
+        self.surfaces.push(Hit {
+            pixel,
+            emitted: lobes.emitted,
+        });
         if lobes.diffuse_albedo != Vec3::ZERO {
-            let [x, y, z] = lobes.position.to_array();
-            let [nx, ny, nz] = lobes.normal.to_array();
-            self.diffuse.push(index, [x, y, z, nx, ny, nz]);
+            let numbers = concatenated([lobes.position, lobes.normal]);
+            self.diffuse
+                .push(index, lobes.diffuse_albedo * FRAC_1_PI, numbers);
         }
-        for kind in 0..2 {
-            let Some(lobe) = lobes.specular_lobe(kind) else {
-                continue;
-            };
-            if lobe.f0 == Vec3::ZERO && lobe.f90 == Vec3::ZERO {
-                continue;
+        self.specular(index, 0, &lobes, &lobes.specular, wanted.specular);
+        if let Some(coat) = &lobes.clearcoat {
+            self.specular(index, 1, &lobes, coat, wanted.specular);
+        }
+        if wanted.punctual {
+            self.lobes.push(lobes);
+        }
+    }
+
+    fn specular(
+        &mut self,
+        index: u32,
+        kind: usize,
+        lobes: &Lobes,
+        lobe: &SpecularLobe,
+        method: SpecularMethod,
+    ) {
+        if lobe.f0 == Vec3::ZERO && lobe.f90 == Vec3::ZERO {
+            return;
+        }
+        match method {
+            SpecularMethod::None => {}
+            SpecularMethod::Ltc => {
+                let weight = lobe.fitted.reflectance(lobe.f0, lobe.f90);
+                let numbers = lobe.fitted.numbers(lobes.position);
+                self.fitted[kind].push(index, weight, numbers);
             }
-            match method {
-                SpecularMethod::None => {}
-                SpecularMethod::Ltc => {
-                    self.fitted[kind].push(index, lobe.fitted.numbers(lobes.position));
-                }
-                SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
-                    self.direct[kind].push(index, lobe.numbers(lobes.position, view));
-                }
+            SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
+                let numbers = lobe.numbers(lobes.position, lobes.view);
+                self.direct[kind].push(index, [lobe.f0, lobe.f90], numbers);
             }
         }
-        self.surfaces.push(Hit { pixel, lobes });
     }
 
     pub(super) fn surfaces(&self) -> &[Hit] {
         &self.surfaces
+    }
+
+    /// One for each surface, or none where they were not wanted.
+    pub(super) fn lobes(&self) -> &[Lobes] {
+        &self.lobes
     }
 
     /// To be called after the last surface.

@@ -110,14 +110,6 @@ impl Lobes {
         }
     }
 
-    /// The base's specular lobe (0) and the coat's (1).
-    pub(super) fn specular_lobe(&self, kind: usize) -> Option<&SpecularLobe> {
-        match kind {
-            0 => Some(&self.specular),
-            _ => self.clearcoat.as_ref(),
-        }
-    }
-
     /// Each lobe's BRDF times the cosine for light from the unit vector `light`, in 1/sr.
     pub(super) fn evaluate(&self, light: Vec3) -> Scattered {
         let cosine = self.normal.dot(light).max(0.0);

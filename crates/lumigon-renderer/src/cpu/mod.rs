@@ -23,7 +23,7 @@ use crate::scene::{Camera, Scene};
 
 use fitted_lobes::FittedLobes;
 use geometry::Geometry;
-use hits::Hits;
+use hits::{Hits, Wanted};
 use pixel_samples::pixel_samples;
 use shade::ShadingLight;
 
@@ -173,6 +173,10 @@ impl<'a> CpuRenderer<'a> {
         );
         let aspect = settings.width as f32 / settings.height as f32;
         let share = 1.0 / samples.len() as f32;
+        let wanted = Wanted {
+            specular: settings.specular,
+            punctual: !self.scene.punctual_lights.is_empty(),
+        };
         // A few samples at a time: thousands of them would fill memory, and be slow to stop.
         for samples in samples.chunks(SAMPLES_AT_ONCE) {
             if watch.is_cancelled() {
@@ -186,7 +190,7 @@ impl<'a> CpuRenderer<'a> {
                     let v = (f64::from(py) + offset[1]) / f64::from(settings.height);
                     let (origin, direction) = camera.ray(u as f32, v as f32, aspect);
                     if let Some(surface) = self.geometry.surface(self.scene, origin, direction) {
-                        hits.push(pixel, &surface, -direction, &self.fitted, settings.specular);
+                        hits.push(pixel, &surface, -direction, &self.fitted, wanted);
                     }
                 }
             }
@@ -205,7 +209,7 @@ impl<'a> CpuRenderer<'a> {
         for (hit, light) in hits.surfaces().iter().zip(light) {
             let pixel = hit.pixel as usize;
             for (to, part) in [
-                (&mut tile.emitted, hit.lobes.emitted),
+                (&mut tile.emitted, hit.emitted),
                 (&mut tile.diffuse, light.diffuse),
                 (&mut tile.specular, light.specular),
             ] {

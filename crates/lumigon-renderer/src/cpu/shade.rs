@@ -1,7 +1,5 @@
 //! All lights on all hits of a tile, SIMD over the hits that share a lobe.
 
-use std::f32::consts::FRAC_1_PI;
-
 use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use lumigon::{
@@ -37,35 +35,24 @@ pub(super) fn polygons(
     let irradiance = dispatch!(Level::new(), simd => {
         irradiance(simd, &hits.diffuse, lights, diffuse)
     });
-    for (i, &hit) in hits.diffuse.hits().iter().enumerate() {
-        let albedo = hits.surfaces()[hit as usize].lobes.diffuse_albedo;
-        scattered[hit as usize].diffuse += albedo * FRAC_1_PI * at(&irradiance, i);
+    for (i, &(hit, weight)) in hits.diffuse.entries().iter().enumerate() {
+        scattered[hit as usize].diffuse += weight * at(&irradiance, i);
     }
-    for kind in 0..2 {
-        let fitted = &hits.fitted[kind];
-        if !fitted.is_empty() {
-            let form_factors = dispatch!(Level::new(), simd => {
-                form_factors(simd, fitted, lights)
-            });
-            for (i, &hit) in fitted.hits().iter().enumerate() {
-                if let Some(lobe) = hits.surfaces()[hit as usize].lobes.specular_lobe(kind) {
-                    scattered[hit as usize].specular +=
-                        lobe.fitted.reflectance(lobe.f0, lobe.f90) * at(&form_factors, i);
-                }
-            }
+    for fitted in hits.fitted.iter().filter(|batch| !batch.is_empty()) {
+        let form_factors = dispatch!(Level::new(), simd => {
+            form_factors(simd, fitted, lights)
+        });
+        for (i, &(hit, weight)) in fitted.entries().iter().enumerate() {
+            scattered[hit as usize].specular += weight * at(&form_factors, i);
         }
-        let direct = &hits.direct[kind];
-        if !direct.is_empty() {
-            let [whole, schlick] = dispatch!(Level::new(), simd => {
-                responses(simd, direct, lights, specular)
-            });
-            for (i, &hit) in direct.hits().iter().enumerate() {
-                if let Some(lobe) = hits.surfaces()[hit as usize].lobes.specular_lobe(kind) {
-                    let (whole, schlick) = (at(&whole, i), at(&schlick, i));
-                    scattered[hit as usize].specular +=
-                        lobe.f0 * (whole - schlick) + lobe.f90 * schlick;
-                }
-            }
+    }
+    for direct in hits.direct.iter().filter(|batch| !batch.is_empty()) {
+        let [whole, schlick] = dispatch!(Level::new(), simd => {
+            responses(simd, direct, lights, specular)
+        });
+        for (i, &(hit, [f0, f90])) in direct.entries().iter().enumerate() {
+            let (whole, schlick) = (at(&whole, i), at(&schlick, i));
+            scattered[hit as usize].specular += f0 * (whole - schlick) + f90 * schlick;
         }
     }
     scattered
@@ -92,7 +79,7 @@ fn store<S: Simd>(sum: [Lanes<S>; 3], to: &mut Sums, start: usize) {
 #[inline(always)]
 fn irradiance<S: Simd>(
     simd: S,
-    surfaces: &Batch<6>,
+    surfaces: &Batch<6, Vec3>,
     lights: &[ShadingLight],
     method: DiffuseMethod,
 ) -> Sums {
@@ -115,7 +102,7 @@ fn irradiance<S: Simd>(
 
 /// The fitted lobes' form factors.
 #[inline(always)]
-fn form_factors<S: Simd>(simd: S, lobes: &Batch<FITTED>, lights: &[ShadingLight]) -> Sums {
+fn form_factors<S: Simd>(simd: S, lobes: &Batch<FITTED, Vec3>, lights: &[ShadingLight]) -> Sums {
     let mut sums = lobes.dark();
     lobes.for_each_packet::<S>(
         #[inline(always)]
@@ -144,7 +131,7 @@ fn form_factors<S: Simd>(simd: S, lobes: &Batch<FITTED>, lights: &[ShadingLight]
 #[inline(always)]
 fn responses<S: Simd>(
     simd: S,
-    lobes: &Batch<DIRECT>,
+    lobes: &Batch<DIRECT, [Vec3; 2]>,
     lights: &[ShadingLight],
     method: SpecularMethod,
 ) -> [Sums; 2] {
@@ -201,11 +188,11 @@ pub(super) fn add_punctual(
     light: &PunctualLight,
     specular: SpecularMethod,
 ) {
-    for (hit, scattered) in hits.surfaces().iter().zip(scattered) {
-        let Some((towards, _, irradiance)) = light.at(hit.lobes.position) else {
+    for (lobes, scattered) in hits.lobes().iter().zip(scattered) {
+        let Some((towards, _, irradiance)) = light.at(lobes.position) else {
             continue;
         };
-        let response = hit.lobes.evaluate(towards);
+        let response = lobes.evaluate(towards);
         scattered.diffuse += response.diffuse * irradiance;
         if specular != SpecularMethod::None {
             scattered.specular += response.specular * irradiance;
