@@ -258,7 +258,7 @@ impl Method {
             },
         };
         let specular = match specular {
-            Specular::Ltc => SpecularMethod::Ltc,
+            Specular::Ltc => SpecularMethod::default(),
             Specular::Reflected => {
                 SpecularMethod::ReflectedInclusion(self.inclusion.unwrap_or_default().into())
             }

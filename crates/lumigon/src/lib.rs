@@ -34,7 +34,9 @@
 extern crate alloc;
 
 mod anisotropic_ltc;
+mod charlie;
 mod clip;
+mod eon;
 mod ggx;
 mod irradiance;
 mod lanes;
@@ -51,7 +53,12 @@ mod technique;
 mod vec3;
 
 pub use anisotropic_ltc::AnisotropicLtc;
-pub use ggx::{MINIMUM_ALPHA, ggx_cosine, schlick};
+pub use charlie::{MINIMUM_SHEEN_ALPHA, charlie_cosine};
+pub use eon::{
+    eon_albedo, eon_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_albedo,
+    eon_single_cosine,
+};
+pub use ggx::{MINIMUM_ALPHA, ggx_anisotropic_cosine, ggx_cosine, schlick};
 pub use irradiance::{form_factor, irradiance, light_vector, light_vector_above};
 pub use lanes::{LaneMask, Lanes};
 pub use light_direction::{LightDirection, circle_occlusion, clip_loop, light_direction};
@@ -63,7 +70,7 @@ pub use pyramid::Pyramid;
 pub use real::{Mask, Real, Scalar};
 pub use reflection::{InclusionRule, reflected_inclusion};
 pub use solid_angle::{solid_angle, solid_angle_above};
-pub use technique::{DiffuseMethod, SpecularMethod};
+pub use technique::{DiffuseMethod, LtcLobes, SpecularMethod};
 pub use vec3::Vec3;
 
 #[cfg(doctest)]

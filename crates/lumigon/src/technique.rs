@@ -39,17 +39,37 @@ impl Default for DiffuseMethod {
 }
 
 /// How specular light is computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SpecularMethod {
     /// Linearly transformed cosines through a fitted table.
-    #[default]
-    Ltc,
+    Ltc {
+        /// How many stand for one BRDF.
+        lobes: LtcLobes,
+    },
     /// The mirrored view ray's inclusion in the polygon; every surface a mirror.
     ReflectedInclusion(InclusionRule),
     /// The BRDF along the light vector.
     LightVector,
     /// No specular light.
     None,
+}
+
+impl Default for SpecularMethod {
+    fn default() -> Self {
+        Self::Ltc {
+            lobes: LtcLobes::default(),
+        }
+    }
+}
+
+/// How many linearly transformed cosines stand for one BRDF.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LtcLobes {
+    /// One: the table named `ggx`.
+    #[default]
+    One,
+    /// The sum of two, at twice the cost of a light: the table named `ggx-2`.
+    Two,
 }
 
 impl DiffuseMethod {

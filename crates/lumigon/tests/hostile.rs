@@ -11,10 +11,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use fearless_simd::{Level, Simd, dispatch};
 use lumigon::{
-    InclusionRule, Lanes, LocalOcclusion, Ltc, LtcTable, PolygonError, PolygonLight, PreparedLtc,
-    ProjectionBasis, Pyramid, Real, Sides, Vec3, circle_occlusion, form_factor, ggx_cosine,
-    irradiance, light_direction, light_vector, light_vector_above, ltc_form_factor, projected_area,
-    reflected_inclusion, solid_angle, solid_angle_above,
+    AnisotropicLtc, InclusionRule, Lanes, LocalOcclusion, Ltc, LtcTable, PolygonError,
+    PolygonLight, PreparedLtc, ProjectionBasis, Pyramid, Real, Sides, Vec3, circle_occlusion,
+    eon_cosine, form_factor, ggx_anisotropic_cosine, ggx_cosine, irradiance, light_direction,
+    light_vector, light_vector_above, ltc_form_factor, projected_area, reflected_inclusion,
+    solid_angle, solid_angle_above,
 };
 use polygons::{KINDS, Outlines, Placed, Random, SLIVER, Vector};
 use rayon::prelude::*;
@@ -35,7 +36,7 @@ enum Lanewise {
 use Lanewise::{Apart, Within};
 
 /// What is computed of a place: name, least and greatest value, agreement of lanes.
-const QUANTITIES: [(&str, f64, f64, Lanewise); 37] = [
+const QUANTITIES: [(&str, f64, f64, Lanewise); 41] = [
     ("irradiance", 0.0, PI, Within(3e-6)),
     ("form factor", 0.0, 1.0, Within(1e-6)),
     ("light vector, x", -PI, PI, Within(3e-6)),
@@ -73,6 +74,10 @@ const QUANTITIES: [(&str, f64, f64, Lanewise); 37] = [
     ("reflected, crossing number", 0.0, 1.0, Apart),
     ("reflected, winding number", 0.0, 1.0, Apart),
     ("GGX", 0.0, HUGE, Apart),
+    ("LTC form factor, anisotropic", 0.0, 1.0, Within(1e-5)),
+    ("LTC form factor, any rows", 0.0, 1.0, Apart),
+    ("GGX, anisotropic", 0.0, HUGE, Apart),
+    ("EON", 0.0, HUGE, Apart),
 ];
 
 const BASES: [ProjectionBasis; 4] = [
@@ -155,6 +160,30 @@ fn evaluate<T: Real>(light: &PolygonLight<T::Scalar>, place: &Place<T>, out: &mu
         out[34 + i] = reflected_inclusion(light, point, normal, view, rule);
     }
     out[36] = ggx_cosine(alpha, normal, view, towards);
+    let (tangent, bitangent) = normal.orthonormal_basis();
+    let map = [[1.3, 0.2, -0.2], [-0.1, 0.9, 0.3], [0.15, -0.2, 1.1]];
+    let general = AnisotropicLtc {
+        shading_to_cosine: map.map(
+            #[inline(always)]
+            |row| {
+                row.map(
+                    #[inline(always)]
+                    |x| alpha.constant(x),
+                )
+            },
+        ),
+        amplitude: lobe.amplitude,
+        schlick: lobe.schlick,
+    };
+    let prepared = general.prepare(tangent, bitangent, normal);
+    out[37] = ltc_form_factor(light, point, &prepared);
+    // Whatever the vectors at hand make: of either orientation, singular where they are parallel.
+    let rows = [view, towards * alpha, normal];
+    let prepared = PreparedLtc::from_world_to_cosine(rows, normal);
+    out[38] = ltc_form_factor(light, point, &prepared);
+    let widths = [alpha, alpha.constant(0.3)];
+    out[39] = ggx_anisotropic_cosine(widths, tangent, bitangent, normal, view, towards);
+    out[40] = eon_cosine(lobe.amplitude, alpha, normal, view, towards);
 }
 
 type Values = [f32; QUANTITIES.len()];

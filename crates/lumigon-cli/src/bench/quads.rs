@@ -37,9 +37,10 @@ pub(super) fn measure(interrupt: &Interrupt) -> Result<Vec<QuadFigures>, Failure
         .collect::<Result<Vec<_>, Failure>>()?;
     let mut figures = Vec::new();
     for (diffuse_name, diffuse) in methods() {
-        for (specular_name, specular) in
-            [("", SpecularMethod::None), (" + LTC", SpecularMethod::Ltc)]
-        {
+        for (specular_name, specular) in [
+            ("", SpecularMethod::None),
+            (" + LTC", SpecularMethod::default()),
+        ] {
             let mut milliseconds = Vec::new();
             for (count, scene) in &scenes {
                 let settings = RenderSettings {

@@ -104,7 +104,7 @@ pub(super) fn methods(bias: f64) -> Vec<Method> {
         title: "Exact diffuse + LTC specular",
         part: Part::Radiance,
         diffuse: DiffuseMethod::default(),
-        specular: SpecularMethod::Ltc,
+        specular: SpecularMethod::default(),
         words: "What lumigon renders by default: the exact diffuse integral and linearly \
             transformed cosines. There is no noise, and there are no shadows.",
         source: "The two methods below",
@@ -231,7 +231,7 @@ fn specular_methods() -> Vec<Method> {
         (
             "ltc",
             "Linearly transformed cosines",
-            SpecularMethod::Ltc,
+            SpecularMethod::default(),
             "A fitted linear map turns the reflection's lobe into a cosine; the light, seen \
              through the same map, is then integrated exactly. The fit is the only error.",
             HEITZ,

@@ -92,7 +92,7 @@ impl Hits {
         }
         match method {
             SpecularMethod::None => {}
-            SpecularMethod::Ltc => {
+            SpecularMethod::Ltc { .. } => {
                 let weight = lobe.fitted.reflectance(lobe.f0, lobe.f90);
                 let numbers = lobe.fitted.numbers(lobes.position);
                 self.fitted[kind].push(index, weight, numbers);

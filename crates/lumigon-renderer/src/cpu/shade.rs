@@ -145,7 +145,7 @@ fn responses<S: Simd>(
             let mut whole = [Lanes::splat(simd, 0.0); 3];
             let mut schlick = whole;
             match method {
-                SpecularMethod::None | SpecularMethod::Ltc => {}
+                SpecularMethod::None | SpecularMethod::Ltc { .. } => {}
                 SpecularMethod::ReflectedInclusion(rule) => {
                     let weight = schlick_weight(normal.dot(view));
                     for light in lights {
