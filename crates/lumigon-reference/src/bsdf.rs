@@ -65,7 +65,7 @@ pub(crate) struct Bsdf {
     view: DVec3,
     diffuse_albedo: DVec3,
     f0: DVec3,
-    alpha: f64,
+    alpha: [f64; 2],
     /// Share of continued paths that follow the GGX lobe.
     specular_share: f64,
 }
@@ -91,7 +91,7 @@ impl Bsdf {
             view,
             diffuse_albedo,
             f0,
-            alpha: surface.alpha.clamp(SMALLEST_ALPHA, 1.0),
+            alpha: [surface.alpha.clamp(SMALLEST_ALPHA, 1.0); 2],
             specular_share,
         }
     }
@@ -122,7 +122,7 @@ impl Bsdf {
         let half_vector = self.view + light;
         let fresnel = self.f0 + (DVec3::ONE - self.f0) * schlick_weight(0.5 * half_vector.length());
         let ggx = ggx_distribution(half_vector, self.alpha)
-            * ggx_visibility(light.z, self.view.z, self.alpha);
+            * ggx_visibility(light, self.view, self.alpha);
         Lobes {
             diffuse: self.diffuse_albedo * FRAC_1_PI * light.z,
             specular: fresnel * ggx * light.z,

@@ -1,11 +1,19 @@
 //! Integrals of a polygon's light over the hemisphere of one point, to a requested accuracy.
 
+mod charlie;
+mod eon;
+mod ggx;
+
 use glam::DVec3;
 use thiserror::Error;
 
-use crate::integrands::{Cosine, Direction, GgxLobe, One};
+use crate::integrands::{Cosine, Direction, One};
 use crate::polygon::{Polygon, is_position};
 use crate::quadrature::{Outcome, Tolerance, integrate};
+
+pub use charlie::{charlie, charlie_albedo};
+pub use eon::{EonIntegral, eon, eon_albedo};
+pub use ggx::{GgxIntegral, ggx, ggx_albedo, ggx_anisotropic, ggx_anisotropic_albedo};
 
 /// Why an integral could not be had.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -17,14 +25,27 @@ pub enum CubatureError {
     /// A direction is not of unit length, to 1e-5.
     #[error("the {name} {direction:?} has length {}; it must be a unit vector", DVec3::from(*.direction).length())]
     NotUnit {
-        /// Which direction: `normal` or `view`.
+        /// Which direction: `normal`, `tangent` or `view`.
         name: &'static str,
         /// What was given.
         direction: [f64; 3],
     },
-    /// The GGX width is not in (0, 1].
+    /// The tangent is not orthogonal to the normal, to 1e-5.
+    #[error(
+        "the tangent {tangent:?} is not orthogonal to the normal {normal:?}; take the normal's part out of it and scale it to unit length"
+    )]
+    NotOrthogonal {
+        /// The tangent as given.
+        tangent: [f64; 3],
+        /// The normal as given.
+        normal: [f64; 3],
+    },
+    /// A GGX or Charlie width is not in (0, 1].
     #[error("alpha is {0}; it must be above 0 and at most 1")]
     Alpha(f64),
+    /// The roughness of a diffuse surface is not in [0, 1].
+    #[error("diffuse_roughness is {0}; it must be at least 0 and at most 1")]
+    DiffuseRoughness(f64),
     /// The cosine of the view angle is not in (0, 1].
     #[error("the cosine of the view angle is {0}; it must be above 0 and at most 1")]
     CosThetaView(f64),
@@ -53,19 +74,6 @@ pub struct VectorIntegral {
     /// The integral, in the frame of the polygon.
     pub value: [f64; 3],
     /// Estimated absolute error of the worst component.
-    pub error: f64,
-}
-
-/// The two integrals of the GGX lobe that a split-sum Fresnel term needs.
-///
-/// With Schlick's Fresnel of normal-incidence reflectance f0 the reflected radiance is `f0 (value - schlick) + schlick`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GgxIntegral {
-    /// Integral of D G2 / (4 n.l n.v) (n.l), Fresnel factor 1.
-    pub value: f64,
-    /// The same with the factor (1 - h.v)^5.
-    pub schlick: f64,
-    /// Estimated absolute error of the worse of the two.
     pub error: f64,
 }
 
@@ -142,86 +150,6 @@ pub fn solid_angle(
     })
 }
 
-/// Radiance that a GGX surface (Fresnel factor 1) reflects towards `view` from a light of radiance 1.
-///
-/// `normal` and `view` (from the point to the viewer) are unit vectors, `alpha` is the GGX width in (0, 1]. The light
-/// is clipped by the surface's horizon. A view from below the surface sees nothing.
-///
-/// Rounding of directions limits the accuracy to about 1e-16 / (alpha n.v), the inverse width of the lobe: 1e-12 for
-/// alpha 0.0025 at 88 degrees, 1e-7 for the same alpha at n.v = 1e-6.
-///
-/// # Errors
-/// As [`irradiance`]; also a view or `alpha` that is none.
-pub fn ggx(
-    light: &Polygon,
-    point: [f64; 3],
-    normal: [f64; 3],
-    view: [f64; 3],
-    alpha: f64,
-    tolerance: Tolerance,
-) -> Result<GgxIntegral, CubatureError> {
-    let (normal, view) = (unit("normal", normal)?, unit("view", view)?);
-    let point = position(point)?;
-    let frame = shading_frame(normal, view);
-    let lobe = GgxLobe::new(to_frame(&frame, view), alpha)?;
-    if lobe.view.z <= 0.0 {
-        return Ok(GgxIntegral {
-            value: 0.0,
-            schlick: 0.0,
-            error: 0.0,
-        });
-    }
-    ggx_integral(&integrate(&lobe, clip(light, point, frame), tolerance))
-}
-
-/// Directional albedo of the GGX surface of [`ggx`]: what it reflects of a uniform hemisphere of radiance 1.
-///
-/// `cos_theta_view` is n.v in (0, 1].
-///
-/// # Errors
-/// A cosine or `alpha` out of range, or a tolerance that is out of reach.
-pub fn ggx_albedo(
-    cos_theta_view: f64,
-    alpha: f64,
-    tolerance: Tolerance,
-) -> Result<GgxIntegral, CubatureError> {
-    if !(cos_theta_view > 0.0 && cos_theta_view <= 1.0) {
-        return Err(CubatureError::CosThetaView(cos_theta_view));
-    }
-    let sine = (1.0 - cos_theta_view * cos_theta_view).sqrt();
-    let view = DVec3::new(sine, 0.0, cos_theta_view);
-    let lobe = GgxLobe::new(view, alpha)?;
-    // The lobe is even in y, so half the hemisphere will do.
-    let half = [
-        [DVec3::Z, DVec3::Y, DVec3::X],
-        [DVec3::Z, DVec3::NEG_X, DVec3::Y],
-    ];
-    let halved = Tolerance {
-        absolute: 0.5 * tolerance.absolute,
-        ..tolerance
-    };
-    let GgxIntegral {
-        value,
-        schlick,
-        error,
-    } = ggx_integral(&integrate(&lobe, half, halved))?;
-    Ok(GgxIntegral {
-        value: 2.0 * value,
-        schlick: 2.0 * schlick,
-        error: 2.0 * error,
-    })
-}
-
-fn ggx_integral(outcome: &Outcome<2>) -> Result<GgxIntegral, CubatureError> {
-    let [value, schlick] = checked(outcome)?;
-    Ok(GgxIntegral {
-        // Rounding only: the lobe is nowhere negative, but the rule's weights are.
-        value: value.max(0.0),
-        schlick: schlick.max(0.0),
-        error: outcome.error,
-    })
-}
-
 fn checked<const N: usize>(outcome: &Outcome<N>) -> Result<[f64; N], CubatureError> {
     match outcome.converged {
         true => Ok(outcome.value),
@@ -254,6 +182,26 @@ fn shading_frame(normal: DVec3, view: DVec3) -> [DVec3; 3] {
         .filter(|x| x.dot(normal).abs() < 1e-12)
         .unwrap_or_else(|| normal.any_orthonormal_vector());
     [x, normal.cross(x), normal]
+}
+
+/// The view of an albedo, whose cosine must be in (0, 1], and half of the hemisphere: what is even in y needs no more.
+fn half_hemisphere(
+    cos_theta_view: f64,
+    tolerance: Tolerance,
+) -> Result<(DVec3, [[DVec3; 3]; 2], Tolerance), CubatureError> {
+    if !(cos_theta_view > 0.0 && cos_theta_view <= 1.0) {
+        return Err(CubatureError::CosThetaView(cos_theta_view));
+    }
+    let sine = (1.0 - cos_theta_view * cos_theta_view).sqrt();
+    let half = [
+        [DVec3::Z, DVec3::Y, DVec3::X],
+        [DVec3::Z, DVec3::NEG_X, DVec3::Y],
+    ];
+    let halved = Tolerance {
+        absolute: 0.5 * tolerance.absolute,
+        ..tolerance
+    };
+    Ok((DVec3::new(sine, 0.0, cos_theta_view), half, halved))
 }
 
 fn to_frame(rows: &[DVec3; 3], vector: DVec3) -> DVec3 {

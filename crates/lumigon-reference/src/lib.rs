@@ -1,8 +1,9 @@
 //! Truth to measure lumigon against, in f64 and by other means than its closed forms.
 //!
-//! - **Cubature**: [`irradiance`], [`form_factor`], [`light_vector`], [`solid_angle`] and [`ggx`] of one polygon light at
-//!   one point, to a requested [`Tolerance`], with an estimate of the error; [`ggx_albedo`] for the whole hemisphere.
-//!   The polygon is triangulated, clipped by the horizon and integrated adaptively over its directions.
+//! - **Cubature**: [`irradiance`], [`form_factor`], [`light_vector`], [`solid_angle`], and the lobes [`ggx`],
+//!   [`ggx_anisotropic`], [`charlie`] and [`eon`] of one polygon light at one point, to a requested [`Tolerance`], with an
+//!   estimate of the error; [`ggx_albedo`] and its like for the whole hemisphere. The polygon is triangulated, clipped
+//!   by the horizon and integrated adaptively over its directions.
 //! - **A path tracer**: [`render`] for any [`Scene`], with the standard error of every pixel.
 //!
 //! Nothing here sums over edges or transforms cosines: an error shared with what is being measured is no truth.
@@ -22,8 +23,10 @@
 //! ```
 
 mod bsdf;
+mod charlie;
 mod cubature;
 mod emitter;
+mod eon;
 mod estimate;
 mod ggx;
 mod integrands;
@@ -35,13 +38,16 @@ mod scene;
 mod settings;
 mod triangulation;
 
+pub use charlie::charlie_brdf;
 pub use cubature::{
-    CubatureError, GgxIntegral, Integral, VectorIntegral, form_factor, ggx, ggx_albedo, irradiance,
-    light_vector, solid_angle,
+    CubatureError, EonIntegral, GgxIntegral, Integral, VectorIntegral, charlie, charlie_albedo,
+    eon, eon_albedo, form_factor, ggx, ggx_albedo, ggx_anisotropic, ggx_anisotropic_albedo,
+    irradiance, light_vector, solid_angle,
 };
 pub use emitter::Emitter;
+pub use eon::{EonBrdf, eon_brdf, eon_multiple_scattering_albedo};
 pub use estimate::{Channel, Estimate};
-pub use ggx::ggx_brdf;
+pub use ggx::{ggx_anisotropic_brdf, ggx_brdf};
 pub use path_tracer::render;
 pub use polygon::{Polygon, PolygonError};
 pub use quadrature::Tolerance;

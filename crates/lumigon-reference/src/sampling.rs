@@ -48,8 +48,8 @@ pub(crate) fn cosine_density(direction: DVec3) -> f64 {
 /// The reflection of `view` in a GGX microfacet normal drawn from those visible to it; it may point below the horizon.
 ///
 /// Shading frame, `view.z > 0`. Spherical caps, after Dupuy and Benyoub 2023, listing 3.
-pub(crate) fn ggx_reflection(view: DVec3, alpha: f64, u: DVec2) -> DVec3 {
-    let stretch = DVec3::new(alpha, alpha, 1.0);
+pub(crate) fn ggx_reflection(view: DVec3, alpha: [f64; 2], u: DVec2) -> DVec3 {
+    let stretch = DVec3::new(alpha[0], alpha[1], 1.0);
     let stretched = (view * stretch).normalize();
     let (sin_phi, cos_phi) = (2.0 * PI * u.x).sin_cos();
     let z = (1.0 - u.y) * (1.0 + stretched.z) - stretched.z;
@@ -60,8 +60,8 @@ pub(crate) fn ggx_reflection(view: DVec3, alpha: f64, u: DVec2) -> DVec3 {
 }
 
 /// Density of [`ggx_reflection`], per steradian, for directions above the horizon.
-pub(crate) fn ggx_reflection_density(view: DVec3, direction: DVec3, alpha: f64) -> f64 {
-    ggx_masking(view.z, alpha) * ggx_distribution(view + direction, alpha) / (4.0 * view.z)
+pub(crate) fn ggx_reflection_density(view: DVec3, direction: DVec3, alpha: [f64; 2]) -> f64 {
+    ggx_masking(view, alpha) * ggx_distribution(view + direction, alpha) / (4.0 * view.z)
 }
 
 #[cfg(test)]
@@ -105,8 +105,14 @@ mod tests {
     #[test]
     fn samples_follow_their_densities() {
         check(cosine_hemisphere, cosine_density);
-        for (theta, alpha) in [(0.0_f64, 0.3), (0.8, 0.2), (1.4, 0.6), (1.55, 1.0)] {
-            let view = DVec3::new(theta.sin(), 0.0, theta.cos());
+        for (theta, alpha) in [
+            (0.0_f64, [0.3, 0.3]),
+            (0.8, [0.2, 0.2]),
+            (1.4, [0.6, 0.2]),
+            (0.6, [0.1, 0.7]),
+            (1.55, [1.0, 1.0]),
+        ] {
+            let view = DVec3::new(0.8 * theta.sin(), 0.6 * theta.sin(), theta.cos());
             check(
                 |u| ggx_reflection(view, alpha, u),
                 |l| ggx_reflection_density(view, l, alpha),

@@ -84,6 +84,199 @@ fn ggx_matches_every_line_of_truth() {
     println!("worst {worst:e}");
 }
 
+/// The reflected radiance by a plain sum over the light's area, for a BRDF with any number of parts.
+fn sum_over_area<const N: usize>(
+    light: &Polygon,
+    point: [f64; 3],
+    normal: [f64; 3],
+    brdf: impl Fn([f64; 3]) -> [f64; N],
+) -> [f64; N] {
+    let (point, normal) = (DVec3::from(point), DVec3::from(normal));
+    let n = 400;
+    let mut sums = [0.0; N];
+    for [a, b, c] in light.triangle_vertices() {
+        let vector_area = 0.5 * (b - a).cross(c - a) / f64::from(n * n);
+        let mut add = |u: f64, v: f64| {
+            let offset = a + u / f64::from(n) * (b - a) + v / f64::from(n) * (c - a) - point;
+            let r2 = offset.length_squared();
+            let direction = offset / r2.sqrt();
+            let solid_angle = -vector_area.dot(direction) / r2;
+            let cosine = normal.dot(direction).max(0.0);
+            for (sum, f) in sums.iter_mut().zip(brdf(direction.into())) {
+                *sum += f * cosine * solid_angle;
+            }
+        };
+        for i in 0..n {
+            for j in 0..n - i {
+                let (x, y) = (f64::from(i), f64::from(j));
+                add(x + 1.0 / 3.0, y + 1.0 / 3.0);
+                if j < n - i - 1 {
+                    add(x + 2.0 / 3.0, y + 2.0 / 3.0);
+                }
+            }
+        }
+    }
+    sums
+}
+
+/// Asks a lobe for every line of its truth values, and a plain sum over the light's area for every eleventh.
+fn check_lobe<const N: usize>(
+    file: &str,
+    truths: [&str; N],
+    cubature: impl Fn(&Value, &Polygon) -> [f64; N],
+    brdf: impl Fn(&Value, [f64; 3]) -> [f64; N],
+) {
+    let lines = lines(file);
+    assert_eq!(lines.len(), 200);
+    for (number, line) in lines.iter().enumerate() {
+        let light = light(line);
+        let values = cubature(line, &light);
+        let sums = (number % 11 == 0).then(|| {
+            let [point, normal] = ["point", "normal"].map(|key| triple(&line[key]));
+            sum_over_area(&light, point, normal, |l| brdf(line, l))
+        });
+        for (i, value) in values.into_iter().enumerate() {
+            let truth = read(line, truths[i]);
+            let name = format!("{file}, line {}, {}", number + 1, truths[i]);
+            assert!((value - truth).abs() < 1e-7, "{name}: {value} {truth}");
+            if let Some(sum) = sums.map(|sums| sums[i]) {
+                // What the sum itself is good for.
+                let error = (sum - truth).abs();
+                assert!(error < 2e-4 * truth + 1e-7, "{name}: sum {sum} {truth}");
+            }
+        }
+    }
+}
+
+/// Enough for [`check_lobe`], and much cheaper than the default.
+const COARSE: Tolerance = Tolerance {
+    absolute: 1e-8,
+    relative: 0.0,
+    max_evaluations: 2_000_000,
+};
+
+#[test]
+fn anisotropic_ggx_matches_truth_and_a_plain_sum() {
+    let surface = |line: &Value| {
+        let vectors = ["normal", "tangent", "view"].map(|key| triple(&line[key]));
+        (vectors, [0, 1].map(|i| line["alpha"][i].as_f64().unwrap()))
+    };
+    check_lobe(
+        "ggx_anisotropic.jsonl",
+        ["truth", "truth_schlick"],
+        |line, light| {
+            let ([normal, tangent, view], alpha) = surface(line);
+            let point = triple(&line["point"]);
+            let result = ggx_anisotropic(light, point, normal, tangent, view, alpha, COARSE);
+            let result = result.unwrap();
+            [result.value, result.schlick]
+        },
+        |line, l| {
+            let ([normal, tangent, view], alpha) = surface(line);
+            let f = crate::ggx_anisotropic_brdf(normal, tangent, view, l, alpha);
+            let h_dot_v = (DVec3::from(view) + DVec3::from(l))
+                .normalize()
+                .dot(l.into());
+            [f, f * (1.0 - h_dot_v).powi(5)]
+        },
+    );
+}
+
+#[test]
+fn charlie_matches_truth_and_a_plain_sum() {
+    check_lobe(
+        "charlie.jsonl",
+        ["truth"],
+        |line, light| {
+            let [point, normal, view] = ["point", "normal", "view"].map(|key| triple(&line[key]));
+            let result = charlie(light, point, normal, view, read(line, "alpha"), COARSE);
+            [result.unwrap().value]
+        },
+        |line, l| {
+            let [normal, view] = ["normal", "view"].map(|key| triple(&line[key]));
+            [crate::charlie_brdf(normal, view, l, read(line, "alpha"))]
+        },
+    );
+}
+
+#[test]
+fn eon_matches_truth_and_a_plain_sum() {
+    let roughness = |line: &Value| read(line, "diffuse_roughness");
+    check_lobe(
+        "eon.jsonl",
+        ["truth_single", "truth_multiple"],
+        |line, light| {
+            let [point, normal, view] = ["point", "normal", "view"].map(|key| triple(&line[key]));
+            let result = eon(light, point, normal, view, roughness(line), COARSE).unwrap();
+            [result.single, result.multiple]
+        },
+        |line, l| {
+            let [normal, view] = ["normal", "view"].map(|key| triple(&line[key]));
+            let brdf = crate::eon_brdf(normal, view, l, roughness(line));
+            [brdf.single, brdf.multiple]
+        },
+    );
+}
+
+#[test]
+fn eon_of_albedo_one_reflects_everything() {
+    for cos_theta_view in [1e-4, 0.01, 0.3, 0.9, 1.0] {
+        for diffuse_roughness in [0.0, 0.1, 0.5, 1.0] {
+            let albedo = eon_albedo(cos_theta_view, diffuse_roughness, COARSE).unwrap();
+            let total = albedo.with_albedo(1.0, diffuse_roughness);
+            let case = format!("{cos_theta_view} {diffuse_roughness}: {albedo:?}");
+            assert!((total - 1.0).abs() < 1e-7, "{case}: {total}");
+        }
+    }
+}
+
+#[test]
+fn albedos_add_up_from_a_sky_in_pieces() {
+    let (x, y, far) = (-0.37, 0.11, 1e7);
+    let (normal, tangent) = (UP, [0.6, 0.8, 0.0]);
+    for degrees in [0.0_f64, 50.0, 85.0] {
+        let view = view_at(degrees);
+        // In the frame of the tangent.
+        let turned = [0.6 * view[0], -0.8 * view[0], view[2]];
+        for alpha in [[1e-3, 1.0], [0.3, 0.05], [0.2, 0.2], [1.0, 1.0]] {
+            let mut sums = [0.0; 4];
+            for (xs, ys) in [
+                ([-far, x], [-far, y]),
+                ([x, far], [-far, y]),
+                ([-far, x], [y, far]),
+                ([x, far], [y, far]),
+            ] {
+                let light = Polygon::new(&[rectangle(xs, ys, 1.0)], false).unwrap();
+                let ggx =
+                    ggx_anisotropic(&light, ORIGIN, normal, tangent, view, alpha, COARSE).unwrap();
+                let charlie = charlie(&light, ORIGIN, normal, view, alpha[0], COARSE).unwrap();
+                let eon = eon(&light, ORIGIN, normal, view, alpha[0], COARSE).unwrap();
+                let parts = [ggx.value, ggx.schlick, charlie.value, eon.single];
+                for (sum, part) in sums.iter_mut().zip(parts) {
+                    *sum += part;
+                }
+            }
+            let ggx = ggx_anisotropic_albedo(turned, alpha, COARSE).unwrap();
+            let charlie = charlie_albedo(view[2], alpha[0], COARSE).unwrap().value;
+            let single = eon_albedo(view[2], alpha[0], COARSE).unwrap().single;
+            for (sum, albedo) in sums
+                .into_iter()
+                .zip([ggx.value, ggx.schlick, charlie, single])
+            {
+                assert!(
+                    (sum - albedo).abs() < 3e-7,
+                    "{degrees} {alpha:?}: {sum} {albedo}"
+                );
+            }
+            if alpha[0] == alpha[1] {
+                let isotropic = ggx_albedo(view[2], alpha[0], COARSE).unwrap();
+                assert!((isotropic.value - ggx.value).abs() < 3e-8);
+                assert!((isotropic.schlick - ggx.schlick).abs() < 3e-8);
+            }
+        }
+    }
+}
+
 fn rectangle(x: [f64; 2], y: [f64; 2], height: f64) -> Vec<[f64; 3]> {
     // Facing down: counter-clockwise seen from below.
     vec![
@@ -283,6 +476,39 @@ fn hostile_arguments_are_named() {
             Err(CubatureError::Alpha(_))
         ));
     }
+    for alpha in [[0.0, 0.5], [0.5, f64::NAN], [0.5, 2.0]] {
+        let result = ggx_anisotropic(&light, ORIGIN, UP, [1.0, 0.0, 0.0], UP, alpha, tolerance);
+        assert!(matches!(result, Err(CubatureError::Alpha(_))));
+    }
+    let leaning = DVec3::new(1.0, 0.0, 0.1).normalize().into();
+    let error = ggx_anisotropic(&light, ORIGIN, UP, leaning, UP, [0.5; 2], tolerance).unwrap_err();
+    assert!(error.to_string().contains("not orthogonal"), "{error}");
+    for alpha in [0.0, f64::NAN, 1.1] {
+        assert!(matches!(
+            charlie(&light, ORIGIN, UP, UP, alpha, tolerance),
+            Err(CubatureError::Alpha(_))
+        ));
+    }
+    for roughness in [-0.1, f64::NAN, 1.1] {
+        assert!(matches!(
+            eon(&light, ORIGIN, UP, UP, roughness, tolerance),
+            Err(CubatureError::DiffuseRoughness(_))
+        ));
+    }
+    // From below there is nothing to see, whatever the lobe.
+    let below = [0.6, 0.0, -0.8];
+    assert_eq!(
+        charlie(&light, ORIGIN, UP, below, 0.5, tolerance)
+            .unwrap()
+            .value,
+        0.0
+    );
+    assert_eq!(
+        eon(&light, ORIGIN, UP, below, 0.5, tolerance)
+            .unwrap()
+            .single,
+        0.0
+    );
     assert!(matches!(
         ggx_albedo(f64::NAN, 0.5, tolerance),
         Err(CubatureError::CosThetaView(_))
