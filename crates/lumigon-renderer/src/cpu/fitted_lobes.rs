@@ -1,7 +1,9 @@
 //! The fitted lobe of each BRDF: the one place that knows which table is whose.
 
+use std::sync::OnceLock;
+
 use glam::Vec3;
-use lumigon::{Ltc, LtcTable, PreparedLtc};
+use lumigon::{Ltc, LtcTable, PreparedLtc, charlie_cosine};
 
 use super::vector;
 
@@ -29,6 +31,14 @@ impl FittedLobe {
             amplitude: ltc.amplitude,
             schlick: ltc.schlick,
             share: ltc.share_above_horizon(),
+        }
+    }
+
+    /// A Lambertian lobe of this albedo.
+    fn cosine(albedo: f32, normal: Vec3, view: Vec3) -> Self {
+        Self {
+            amplitude: albedo,
+            ..Self::isotropic(&Ltc::cosine(1.0), normal, view)
         }
     }
 
@@ -71,4 +81,57 @@ impl FittedLobes {
     ) -> FittedLobe {
         self.ggx((along * across).sqrt(), normal, view)
     }
+
+    /// Charlie, at most white: where narrow fibres would give off more light than they get, the
+    /// whole lobe is scaled down to what they get. The second value is the scale.
+    pub(super) fn charlie(&self, alpha: f32, normal: Vec3, view: Vec3) -> (FittedLobe, f32) {
+        let albedo = charlie_albedo(alpha, normal.dot(view));
+        let scale = 1.0 / albedo.max(1.0);
+        (FittedLobe::cosine(albedo * scale, normal, view), scale)
+    }
+}
+
+/// Directional albedo of Charlie, looked up between nodes that are integrated on first use.
+fn charlie_albedo(alpha: f32, cos_view: f32) -> f32 {
+    const NODES: usize = 24;
+    static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
+    let table = TABLE.get_or_init(|| {
+        let node = |i: usize| i as f64 / (NODES - 1) as f64;
+        (0..NODES * NODES)
+            .map(|i| {
+                let (row, column) = (node(i / NODES), node(i % NODES));
+                integrated_charlie(row * row, column * column) as f32
+            })
+            .collect()
+    });
+    let place = |x: f32| {
+        let x = x.clamp(0.0, 1.0).sqrt() * (NODES - 1) as f32;
+        let cell = (x as usize).min(NODES - 2);
+        (cell, x - cell as f32)
+    };
+    let ((row, t), (column, s)) = (place(alpha), place(cos_view));
+    let at = |i: usize, j: usize| table[(row + i) * NODES + column + j];
+    let along = |i: usize| at(i, 0) + (at(i, 1) - at(i, 0)) * s;
+    along(0) + (along(1) - along(0)) * t
+}
+
+/// Midpoints, in the logarithm of the light's cosine: narrow lobes hug the horizon.
+fn integrated_charlie(alpha: f64, cos_view: f64) -> f64 {
+    const ROWS: u32 = 96;
+    const COLUMNS: u32 = 24;
+    let cos_view = cos_view.max(1e-3);
+    let normal = lumigon::Vec3::new(0.0, 0.0, 1.0);
+    let view = lumigon::Vec3::new((1.0 - cos_view * cos_view).sqrt(), 0.0, cos_view);
+    let least = 1e-5_f64.ln();
+    let mut sum = 0.0;
+    for i in 0..ROWS {
+        let cosine = (least * (f64::from(i) + 0.5) / f64::from(ROWS)).exp();
+        let sine = (1.0 - cosine * cosine).sqrt();
+        for j in 0..COLUMNS {
+            let azimuth = std::f64::consts::PI * (f64::from(j) + 0.5) / f64::from(COLUMNS);
+            let light = lumigon::Vec3::new(sine * azimuth.cos(), sine * azimuth.sin(), cosine);
+            sum += charlie_cosine(alpha, normal, view, light) * cosine;
+        }
+    }
+    sum * -least * std::f64::consts::TAU / f64::from(ROWS * COLUMNS)
 }

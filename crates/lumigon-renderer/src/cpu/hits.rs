@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use lumigon::SpecularMethod;
+use lumigon::{DiffuseMethod, SpecularMethod};
 
 use super::batch::Batch;
 use super::fitted_lobes::{FittedLobe, FittedLobes};
@@ -28,6 +28,7 @@ pub(super) struct Hit {
 /// What to keep of the surfaces.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted {
+    pub(super) diffuse: DiffuseMethod,
     pub(super) specular: SpecularMethod,
     /// Whether lights without extent will ask for the lobes' values.
     pub(super) punctual: bool,
@@ -40,15 +41,25 @@ pub(super) struct Hits {
     surfaces: Vec<Hit>,
     /// Each surface's lobes, where wanted.
     lobes: Vec<Lobes>,
-    /// Surfaces to gather irradiance, position and normal; BRDFs.
+    /// Surfaces to gather irradiance: position and normal. BRDFs.
     pub(super) diffuse: Batch<6, Vec3>,
-    /// The base's specular lobe, then the coat's: those of one kind are alike, and so are the
-    /// branches they take. Weights of their form factors.
-    pub(super) fitted: [Batch<FITTED, Vec3>; 2],
-    /// The same lobes where they are not integrated but evaluated. Reflectances at normal and at
-    /// grazing incidence.
+    /// Rough diffuse lobes to evaluate: position, normal, view and roughness. Weights of light
+    /// scattered once and more than once.
+    pub(super) rough: Batch<10, [Vec3; 2]>,
+    /// The base's specular lobes, the sheens and the coats: those of one kind are alike, and so
+    /// are the branches they take. Weights of their form factors.
+    pub(super) fitted: [Batch<FITTED, Vec3>; 3],
+    /// GGX lobes to evaluate, base and coat. Reflectances at normal and at grazing incidence.
     pub(super) direct: [Batch<DIRECT, [Vec3; 2]>; 2],
+    /// Those whose two widths differ.
+    pub(super) direct_anisotropic: Batch<DIRECT, [Vec3; 2]>,
+    /// Sheens to evaluate: they have no SIMD form.
+    pub(super) sheens: Vec<(u32, Lobes)>,
 }
+
+/// Indices into [`Hits::fitted`].
+const SHEEN: usize = 1;
+const COAT: usize = 2;
 
 impl Hits {
     pub(super) fn push(
@@ -65,17 +76,44 @@ impl Hits {
             pixel,
             emitted: lobes.emitted,
         });
-        if lobes.diffuse_albedo != Vec3::ZERO {
-            let numbers = concatenated([lobes.position, lobes.normal]);
-            self.diffuse
-                .push(index, lobes.diffuse_albedo * FRAC_1_PI, numbers);
-        }
+        self.diffuse(index, &lobes, wanted.diffuse);
         self.specular(index, 0, &lobes, &lobes.specular, wanted.specular);
+        if let Some(sheen) = &lobes.sheen {
+            match wanted.specular {
+                SpecularMethod::None => {}
+                SpecularMethod::Ltc { .. } => {
+                    let numbers = sheen.fitted.numbers(lobes.position);
+                    let weight = sheen.weight * sheen.fitted.amplitude;
+                    self.fitted[SHEEN].push(index, weight, numbers);
+                }
+                SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
+                    self.sheens.push((index, lobes));
+                }
+            }
+        }
         if let Some(coat) = &lobes.clearcoat {
-            self.specular(index, 1, &lobes, coat, wanted.specular);
+            self.specular(index, COAT, &lobes, coat, wanted.specular);
         }
         if wanted.punctual {
             self.lobes.push(lobes);
+        }
+    }
+
+    fn diffuse(&mut self, index: u32, lobes: &Lobes, method: DiffuseMethod) {
+        let lobe = &lobes.diffuse;
+        if lobe.is_black() {
+            return;
+        }
+        if lobe.roughness > 0.0 && matches!(method, DiffuseMethod::LightVector { .. }) {
+            let roughness = Vec3::splat(lobe.roughness);
+            let numbers = concatenated([lobes.position, lobes.normal, lobes.view, roughness]);
+            let weights = [lobe.single, lobe.multiple];
+            self.rough.push(index, weights, numbers);
+        } else {
+            // What yields irradiance alone lights a rough surface as a smooth one of its albedo.
+            let albedo = lobe.albedo(lobes.normal.dot(lobes.view));
+            let numbers = concatenated([lobes.position, lobes.normal]);
+            self.diffuse.push(index, albedo * FRAC_1_PI, numbers);
         }
     }
 
@@ -99,7 +137,12 @@ impl Hits {
             }
             SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
                 let numbers = lobe.numbers(lobes.position, lobes.view);
-                self.direct[kind].push(index, [lobe.f0, lobe.f90], numbers);
+                let batch = match (lobe.is_isotropic(), kind) {
+                    (false, _) => &mut self.direct_anisotropic,
+                    (true, COAT) => &mut self.direct[1],
+                    (true, _) => &mut self.direct[0],
+                };
+                batch.push(index, [lobe.f0, lobe.f90], numbers);
             }
         }
     }
@@ -116,6 +159,8 @@ impl Hits {
     /// To be called after the last surface.
     pub(super) fn pad(&mut self) {
         self.diffuse.pad();
+        self.rough.pad();
+        self.direct_anisotropic.pad();
         self.fitted.iter_mut().for_each(Batch::pad);
         self.direct.iter_mut().for_each(Batch::pad);
     }

@@ -174,6 +174,7 @@ impl<'a> CpuRenderer<'a> {
         let aspect = settings.width as f32 / settings.height as f32;
         let share = 1.0 / samples.len() as f32;
         let wanted = Wanted {
+            diffuse: settings.diffuse,
             specular: settings.specular,
             punctual: !self.scene.punctual_lights.is_empty(),
         };

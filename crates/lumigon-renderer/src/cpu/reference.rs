@@ -33,7 +33,7 @@ impl lumigon_reference::Scene for TracedScene<'_> {
             position: double(found.position),
             geometric_normal: unit(found.geometric_normal),
             shading_normal: unit(found.shading_normal),
-            diffuse_albedo: double(lobes.diffuse_albedo),
+            diffuse_albedo: double(lobes.diffuse.single),
             f0: double(lobes.specular.f0),
             alpha: f64::from(lobes.specular.alpha[1]),
             emitted: double(lobes.emitted),

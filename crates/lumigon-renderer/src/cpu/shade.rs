@@ -4,12 +4,14 @@ use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use lumigon::{
     DiffuseMethod, Lanes, LocalOcclusion, PolygonLight, PreparedLtc, Real, SpecularMethod,
-    ggx_cosine, light_direction, ltc_form_factor, reflected_inclusion,
+    eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine, light_direction,
+    ltc_form_factor, reflected_inclusion,
 };
 
 use super::batch::Batch;
 use super::hits::{DIRECT, FITTED, Hits};
 use super::lobes::Scattered;
+use super::vector;
 use crate::scene::PunctualLight;
 
 /// A polygon light and its radiance.
@@ -46,13 +48,41 @@ pub(super) fn polygons(
             scattered[hit as usize].specular += weight * at(&form_factors, i);
         }
     }
-    for direct in hits.direct.iter().filter(|batch| !batch.is_empty()) {
+    if let DiffuseMethod::LightVector { occlusion } = diffuse
+        && !hits.rough.is_empty()
+    {
+        let [single, multiple] = dispatch!(Level::new(), simd => {
+            rough_responses(simd, &hits.rough, lights, occlusion)
+        });
+        for (i, &(hit, weights)) in hits.rough.entries().iter().enumerate() {
+            scattered[hit as usize].diffuse +=
+                weights[0] * at(&single, i) + weights[1] * at(&multiple, i);
+        }
+    }
+    let isotropic = hits.direct.iter().map(|batch| (batch, false));
+    let direct = isotropic.chain([(&hits.direct_anisotropic, true)]);
+    for (direct, anisotropic) in direct.filter(|(batch, _)| !batch.is_empty()) {
         let [whole, schlick] = dispatch!(Level::new(), simd => {
-            responses(simd, direct, lights, specular)
+            responses(simd, direct, lights, specular, anisotropic)
         });
         for (i, &(hit, [f0, f90])) in direct.entries().iter().enumerate() {
             let (whole, schlick) = (at(&whole, i), at(&schlick, i));
             scattered[hit as usize].specular += f0 * (whole - schlick) + f90 * schlick;
+        }
+    }
+    for (hit, lobes) in &hits.sheens {
+        let Some(sheen) = &lobes.sheen else {
+            continue;
+        };
+        let [point, normal] = [lobes.position, lobes.normal].map(vector);
+        for light in lights {
+            // A sheen has no mirror direction: whatever the method, all light comes from the
+            // light vector's.
+            let seen = light_direction(&light.polygon, point, normal, LocalOcclusion::Exact);
+            let direction = Vec3::new(seen.direction.x, seen.direction.y, seen.direction.z);
+            let response = sheen.evaluate(lobes.normal, lobes.view, direction);
+            scattered[*hit as usize].specular +=
+                response * Vec3::from(light.radiance) * seen.solid_angle;
         }
     }
     scattered
@@ -126,6 +156,39 @@ fn form_factors<S: Simd>(simd: S, lobes: &Batch<FITTED, Vec3>, lights: &[Shading
     sums
 }
 
+/// What rough diffuse surfaces scatter once and more than once, all light coming along the light
+/// vector.
+#[inline(always)]
+fn rough_responses<S: Simd>(
+    simd: S,
+    surfaces: &Batch<10, [Vec3; 2]>,
+    lights: &[ShadingLight],
+    occlusion: LocalOcclusion,
+) -> [Sums; 2] {
+    let (mut all_single, mut all_multiple) = (surfaces.dark(), surfaces.dark());
+    surfaces.for_each_packet::<S>(
+        #[inline(always)]
+        |start| {
+            let point = surfaces.vectors(simd, 0, start);
+            let normal = surfaces.vectors(simd, 3, start);
+            let view = surfaces.vectors(simd, 6, start);
+            let roughness = surfaces.lanes(simd, 9, start);
+            let mut single = [Lanes::splat(simd, 0.0); 3];
+            let mut multiple = single;
+            for light in lights {
+                let seen = light_direction(&light.polygon, point, normal, occlusion);
+                let once = eon_single_cosine(roughness, normal, view, seen.direction);
+                let more = eon_multiple_cosine(roughness, normal, view, seen.direction);
+                add(&mut single, light.radiance, once * seen.solid_angle);
+                add(&mut multiple, light.radiance, more * seen.solid_angle);
+            }
+            store(single, &mut all_single, start);
+            store(multiple, &mut all_multiple, start);
+        },
+    );
+    [all_single, all_multiple]
+}
+
 /// Response of GGX lobes with F = 1, and the same weighted by Schlick's (1 - h.v)^5, by methods
 /// that know one direction a light.
 #[inline(always)]
@@ -134,6 +197,7 @@ fn responses<S: Simd>(
     lobes: &Batch<DIRECT, [Vec3; 2]>,
     lights: &[ShadingLight],
     method: SpecularMethod,
+    anisotropic: bool,
 ) -> [Sums; 2] {
     let (mut all_whole, mut all_schlick) = (lobes.dark(), lobes.dark());
     lobes.for_each_packet::<S>(
@@ -155,12 +219,18 @@ fn responses<S: Simd>(
                     }
                 }
                 SpecularMethod::LightVector => {
-                    let alpha = lobes.lanes(simd, 12, start);
+                    let tangent = lobes.vectors(simd, 9, start);
+                    let bitangent = normal.cross(tangent);
+                    let alpha = [lobes.lanes(simd, 12, start), lobes.lanes(simd, 13, start)];
                     for light in lights {
                         let seen =
                             light_direction(&light.polygon, point, normal, LocalOcclusion::Exact);
-                        let response =
-                            ggx_cosine(alpha, normal, view, seen.direction) * seen.solid_angle;
+                        let towards = seen.direction;
+                        let response = if anisotropic {
+                            ggx_anisotropic_cosine(alpha, tangent, bitangent, normal, view, towards)
+                        } else {
+                            ggx_cosine(alpha[0], normal, view, towards)
+                        } * seen.solid_angle;
                         let half = (view + seen.direction).normalize_or_zero();
                         let weight = schlick_weight(half.dot(view));
                         add(&mut whole, light.radiance, response);
