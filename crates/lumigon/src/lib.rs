@@ -8,10 +8,13 @@
 //! | [`irradiance`], [`form_factor`] | irradiance of a surface, clipped at its horizon |
 //! | [`light_vector`], [`light_vector_above`] | vector irradiance, whole and clipped |
 //! | [`solid_angle`], [`solid_angle_above`] | solid angle, whole and clipped |
-//! | [`ltc_form_factor`] | a fitted lobe's integral over the light: specular light |
+//! | [`ltc_form_factor`] | a fitted lobe's integral over the light: specular light, sheen |
 //!
 //! and the approximations that stand beside them: [`projected_area`], [`light_direction`],
 //! [`reflected_inclusion`]. [`DiffuseMethod`] and [`SpecularMethod`] name them as data.
+//!
+//! The reflection models that lobes are fitted to can be evaluated themselves, for light from one
+//! direction: [`ggx_cosine`], [`ggx_anisotropic_cosine`], [`charlie_cosine`] and [`eon_cosine`].
 //!
 //! # Conventions
 //!
