@@ -3,9 +3,7 @@
 use std::sync::OnceLock;
 
 use glam::Vec3;
-use lumigon::{Ltc, LtcTable, PreparedLtc, charlie_cosine};
-
-use super::vector;
+use lumigon::{Ltc, LtcTable, charlie_cosine};
 
 /// One BRDF's lobe for one view, in world space.
 #[derive(Clone, Copy, Debug)]
@@ -24,9 +22,17 @@ pub(super) struct FittedLobe {
 
 impl FittedLobe {
     fn isotropic(ltc: &Ltc<f32>, normal: Vec3, view: Vec3) -> Self {
-        let rows = PreparedLtc::new(ltc, vector(normal), vector(view)).world_to_cosine();
+        // x leans towards the viewer; any x will do for a view along the normal.
+        let tangent = (view - normal * normal.dot(view))
+            .try_normalize()
+            .unwrap_or_else(|| normal.any_orthonormal_vector());
+        let [m11, m13, m31, m33] = ltc.shading_to_cosine;
         Self {
-            world_to_cosine: rows.map(|row| Vec3::new(row.x, row.y, row.z)),
+            world_to_cosine: [
+                tangent * m11 + normal * m13,
+                normal.cross(tangent),
+                tangent * m31 + normal * m33,
+            ],
             normal,
             amplitude: ltc.amplitude,
             schlick: ltc.schlick,

@@ -38,7 +38,7 @@ pub(super) struct DiffuseLobe {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SpecularLobe {
     pub(super) normal: Vec3,
-    /// Unit vector, at right angles to the normal.
+    /// Unit vector, at right angles to the normal; of no use where the widths are equal.
     pub(super) tangent: Vec3,
     /// Widths along and across the tangent.
     pub(super) alpha: [f32; 2],
@@ -98,7 +98,7 @@ impl Lobes {
             let weight = Vec3::splat(material.clearcoat * lumigon::schlick(CLEARCOAT_F0, cosine));
             SpecularLobe {
                 normal,
-                tangent: normal.any_orthonormal_vector(),
+                tangent: Vec3::ZERO,
                 alpha: [material.clearcoat_alpha; 2],
                 f0: weight,
                 f90: weight,

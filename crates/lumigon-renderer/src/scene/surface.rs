@@ -29,7 +29,7 @@ pub struct SurfaceSample {
     /// How much wider the specular lobe is along [`SurfaceSample::tangent`] than across, 0 to 1.
     pub anisotropy_strength: f32,
     /// Unit vector at right angles to the shading normal, along which the specular lobe is wider;
-    /// any such vector where the lobe is isotropic. Its sign means nothing.
+    /// zero where the lobe is isotropic. Its sign means nothing.
     pub tangent: Vec3,
     /// Width of the diffuse lobe's facets, 0 (Lambertian) to 1.
     pub diffuse_roughness: f32,
@@ -126,8 +126,12 @@ impl Scene {
                 * self.factor(&point, &material.specular_color_texture).xyz(),
             ior: material.ior,
             anisotropy_strength,
-            tangent: tangent_frame(shading_normal, direction, 1.0)
-                .map_or_else(|| shading_normal.any_orthonormal_vector(), |(t, _)| t),
+            tangent: if anisotropy_strength > 0.0 {
+                tangent_frame(shading_normal, direction, 1.0)
+                    .map_or_else(|| shading_normal.any_orthonormal_vector(), |(t, _)| t)
+            } else {
+                Vec3::ZERO
+            },
             diffuse_roughness: material.diffuse_roughness
                 * self.factor(&point, &material.diffuse_roughness_texture).x,
             sheen_color: material.sheen_color
