@@ -71,6 +71,12 @@ pub(crate) fn eon(
     tangential: f64,
     diffuse_roughness: f64,
 ) -> EonBrdf {
+    if diffuse_roughness == 0.0 {
+        return EonBrdf {
+            single: FRAC_1_PI,
+            multiple: 0.0,
+        };
+    }
     let scale = FRAC_1_PI / (1.0 + C1 * diffuse_roughness);
     let s_over_t = match tangential > 0.0 {
         true => tangential / cos_theta_light.max(cos_theta_view),

@@ -22,7 +22,7 @@ pub struct Estimate {
     pub emitted: Vec<[f64; 3]>,
     /// Radiance by way of the first surface's diffuse lobe.
     pub diffuse: Channel,
-    /// Radiance by way of the first surface's GGX lobe.
+    /// Radiance by way of the first surface's GGX lobe, sheen and clearcoat.
     pub specular: Channel,
     /// The sum of all three.
     pub total: Channel,

@@ -22,6 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod albedo;
 mod bsdf;
 mod charlie;
 mod cubature;
@@ -30,6 +31,7 @@ mod eon;
 mod estimate;
 mod ggx;
 mod integrands;
+mod material;
 mod path_tracer;
 mod polygon;
 mod quadrature;
@@ -48,6 +50,7 @@ pub use emitter::Emitter;
 pub use eon::{EonBrdf, eon_brdf, eon_multiple_scattering_albedo};
 pub use estimate::{Channel, Estimate};
 pub use ggx::{ggx_anisotropic_brdf, ggx_brdf};
+pub use material::Material;
 pub use path_tracer::render;
 pub use polygon::{Polygon, PolygonError};
 pub use quadrature::Tolerance;

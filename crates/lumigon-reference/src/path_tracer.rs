@@ -1,8 +1,8 @@
 //! A path tracer with an honest error bar.
 //!
 //! At every surface, light from the polygon lights is estimated with one sample of each technique - a point on a
-//! light, a cosine-distributed direction, a direction of the GGX lobe - weighted by the balance heuristic (Veach and
-//! Guibas 1995): each sample counts f / (sum of all three densities). Lights are found along sampled directions by
+//! light, and a direction of each lobe that the material has - weighted by the balance heuristic (Veach and Guibas
+//! 1995): each sample counts f / (sum of all the densities). Lights are found along sampled directions by
 //! intersecting their own triangles, so the same code renders with shadows and without.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -114,7 +114,7 @@ impl<S: Scene> Tracer<'_, S> {
             };
             let vertex = self.vertex(&surface, -direction);
             let constant = self.punctual(&vertex);
-            let emitted = DVec3::from(surface.emitted);
+            let emitted = DVec3::from(surface.emitted) * vertex.bsdf.below_clearcoat();
             let [mut diffuse, mut specular, mut total] = [Welford::default(); 3];
             for _ in 0..samples_per_pixel / pixel_samples.len() {
                 let mut sample = constant + self.path(&vertex, &mut random);
@@ -144,12 +144,15 @@ impl<S: Scene> Tracer<'_, S> {
     fn vertex(&self, surface: &Surface, view: DVec3) -> Vertex {
         let position = DVec3::from(surface.position);
         let bsdf = Bsdf::new(surface, view);
-        let normal = bsdf.normal();
+        let (normal, clearcoat_normal) = bsdf.normals();
         let mut choice: Vec<f64> = self
             .scene
             .emitters()
             .iter()
-            .map(|emitter| emitter.importance(position, normal))
+            .map(|emitter| {
+                let above = |normal| emitter.importance(position, normal);
+                clearcoat_normal.map_or(0.0, above).max(above(normal))
+            })
             .collect();
         let sum: f64 = choice.iter().sum();
         if sum > 0.0 {

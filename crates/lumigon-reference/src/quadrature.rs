@@ -72,6 +72,7 @@ pub(crate) fn integrate<const N: usize>(
 ) -> Outcome<N> {
     let rule = Rule::new();
     let mut evaluations = 0;
+    let mut too_large = false;
     let mut pieces = BinaryHeap::new();
     let mut finished = Sum::default();
     let mut pending: Vec<[DVec3; 3]> = triangles.into_iter().collect();
@@ -90,6 +91,8 @@ pub(crate) fn integrate<const N: usize>(
                 pending.extend(bisect(&triangle, longest_edge));
                 continue;
             }
+            // A triangle that is still too large may hide anything from its samples.
+            too_large |= split;
             let piece = rule.apply(integrand, triangle);
             evaluations += rule.points.len();
             if piece.error <= piece.roundoff {
@@ -107,7 +110,8 @@ pub(crate) fn integrate<const N: usize>(
             });
         let mut error = total.error;
         let magnitude = total.value.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let converged = error <= tolerance.absolute.max(tolerance.relative * magnitude);
+        let converged =
+            !too_large && error <= tolerance.absolute.max(tolerance.relative * magnitude);
         // A NaN converges nowhere and is worth no splitting.
         let hopeless =
             error.is_nan() || pieces.is_empty() || evaluations >= tolerance.max_evaluations;

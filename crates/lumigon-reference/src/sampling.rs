@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
+use crate::charlie::charlie_distribution;
 use crate::ggx::{ggx_distribution, ggx_masking};
 
 /// Uniform numbers of one pixel, the same whichever thread draws them.
@@ -43,6 +44,37 @@ pub(crate) fn cosine_hemisphere(u: DVec2) -> DVec3 {
 /// Density of [`cosine_hemisphere`], per steradian.
 pub(crate) fn cosine_density(direction: DVec3) -> f64 {
     direction.z.max(0.0) / PI
+}
+
+/// A direction about z with equal density over the hemisphere.
+pub(crate) fn uniform_hemisphere(u: DVec2) -> DVec3 {
+    let (sin_phi, cos_phi) = (2.0 * PI * u.x).sin_cos();
+    let z = 1.0 - u.y;
+    let radius = (1.0 - z * z).sqrt();
+    DVec3::new(radius * cos_phi, radius * sin_phi, z)
+}
+
+/// Density of [`uniform_hemisphere`], per steradian.
+pub(crate) fn uniform_density(direction: DVec3) -> f64 {
+    if direction.z > 0.0 { 0.5 / PI } else { 0.0 }
+}
+
+/// The reflection of `view` in a Charlie microfacet normal of density D cos theta; it may point below the horizon.
+pub(crate) fn charlie_reflection(view: DVec3, alpha: f64, u: DVec2) -> DVec3 {
+    let (sin_phi, cos_phi) = (2.0 * PI * u.x).sin_cos();
+    // The sine to the power of 2 + 1/alpha is uniform; its cosine from the logarithm, for narrow lobes.
+    let log_sine2 = 2.0 * (1.0 - u.y).ln() / (2.0 + alpha.recip());
+    let (sine, cosine) = ((0.5 * log_sine2).exp(), (-log_sine2.exp_m1()).sqrt());
+    let normal = DVec3::new(sine * cos_phi, sine * sin_phi, cosine);
+    2.0 * view.dot(normal) * normal - view
+}
+
+/// Density of [`charlie_reflection`], per steradian, for directions above the horizon.
+pub(crate) fn charlie_reflection_density(view: DVec3, direction: DVec3, alpha: f64) -> f64 {
+    let half_vector = view + direction;
+    let length = half_vector.length();
+    // D n.h / (4 h.v), where |l + v| = 2 h.v.
+    charlie_distribution(half_vector, alpha) * half_vector.z / (2.0 * length * length)
 }
 
 /// The reflection of `view` in a GGX microfacet normal drawn from those visible to it; it may point below the horizon.
@@ -105,6 +137,14 @@ mod tests {
     #[test]
     fn samples_follow_their_densities() {
         check(cosine_hemisphere, cosine_density);
+        check(uniform_hemisphere, uniform_density);
+        for (theta, alpha) in [(0.0_f64, 1.0), (0.8, 0.3), (1.4, 0.05), (1.5, 0.01)] {
+            let view = DVec3::new(0.8 * theta.sin(), 0.6 * theta.sin(), theta.cos());
+            check(
+                |u| charlie_reflection(view, alpha, u),
+                |l| charlie_reflection_density(view, l, alpha),
+            );
+        }
         for (theta, alpha) in [
             (0.0_f64, [0.3, 0.3]),
             (0.8, [0.2, 0.2]),

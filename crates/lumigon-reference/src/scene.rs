@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use crate::emitter::Emitter;
+use crate::material::Material;
 
 /// A half line in world space.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,13 +23,9 @@ pub struct Surface {
     pub geometric_normal: [f64; 3],
     /// Normal of the BRDF, with interpolation and normal maps: decides which lights count.
     pub shading_normal: [f64; 3],
-    /// Lambertian reflectance; the diffuse BRDF is this over pi.
-    pub diffuse_albedo: [f64; 3],
-    /// Reflectance at normal incidence of the GGX lobe, for Schlick's Fresnel.
-    pub f0: [f64; 3],
-    /// GGX width; below 1e-4 it counts as 1e-4.
-    pub alpha: f64,
-    /// Radiance emitted towards the ray's origin; counted only when the camera sees it.
+    /// What it is made of.
+    pub material: Material,
+    /// Radiance emitted towards the ray's origin beneath any clearcoat; counted only when the camera sees it.
     pub emitted: [f64; 3],
 }
 

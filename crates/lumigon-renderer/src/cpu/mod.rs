@@ -146,14 +146,7 @@ impl<'a> CpuRenderer<'a> {
         watch: Watch<'_>,
     ) -> Result<ReferenceRendering, RenderError> {
         check_size(settings.width, settings.height, settings.samples)?;
-        reference::render(
-            self.scene,
-            &self.geometry,
-            &self.fitted,
-            camera,
-            settings,
-            watch,
-        )
+        reference::render(self.scene, &self.geometry, camera, settings, watch)
     }
 
     /// The pixels from (x, y) to a tile's side beyond, or to the picture's edge; none where the

@@ -4,11 +4,12 @@ use std::sync::atomic::AtomicU64;
 use std::sync::atomic::Ordering;
 
 use glam::{DVec3, Vec3};
-use lumigon_reference::{Channel, Emitter, Polygon, PunctualLight, Ray, Settings, Surface};
+use lumigon_reference::{
+    Channel, Emitter, Material, Polygon, PunctualLight, Ray, Settings, Surface,
+};
 
-use super::fitted_lobes::FittedLobes;
 use super::geometry::Geometry;
-use super::lobes::Lobes;
+use super::material::{LayeredMaterial, emitted};
 use super::pixel_samples::pixel_samples;
 use crate::render::{Pixels, ReferenceRendering, ReferenceSettings, RenderError, Rendering, Watch};
 use crate::scene::{Camera, PunctualKind, Scene};
@@ -17,7 +18,6 @@ use crate::scene::{Camera, PunctualKind, Scene};
 struct TracedScene<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
-    fitted: &'a FittedLobes,
     emitters: Vec<Emitter>,
     punctual_lights: Vec<PunctualLight>,
 }
@@ -28,15 +28,26 @@ impl lumigon_reference::Scene for TracedScene<'_> {
         let found =
             self.geometry
                 .surface_beyond(self.scene, origin, direction, self.geometry.epsilon)?;
-        let lobes = Lobes::new(&found, -direction.normalize(), self.fitted);
+        let material = LayeredMaterial::new(&found);
         Some(Surface {
             position: double(found.position),
             geometric_normal: unit(found.geometric_normal),
             shading_normal: unit(found.shading_normal),
-            diffuse_albedo: double(lobes.diffuse.single),
-            f0: double(lobes.specular.f0),
-            alpha: f64::from(lobes.specular.alpha[1]),
-            emitted: double(lobes.emitted),
+            material: Material {
+                base_color: double(material.base_color),
+                metallic: f64::from(material.metallic),
+                dielectric_f0: double(material.dielectric_f0),
+                dielectric_f90: f64::from(material.dielectric_f90),
+                alpha: material.alpha.map(f64::from),
+                tangent: double(found.tangent),
+                diffuse_roughness: f64::from(material.diffuse_roughness),
+                sheen_color: double(material.sheen_color),
+                sheen_alpha: f64::from(material.sheen_alpha),
+                clearcoat: f64::from(material.clearcoat),
+                clearcoat_alpha: f64::from(material.clearcoat_alpha),
+                clearcoat_normal: unit(found.clearcoat_normal),
+            },
+            emitted: double(emitted(&found)),
         })
     }
 
@@ -65,7 +76,6 @@ impl lumigon_reference::Scene for TracedScene<'_> {
 pub(super) fn render(
     scene: &Scene,
     geometry: &Geometry,
-    fitted: &FittedLobes,
     camera: &Camera,
     settings: &ReferenceSettings,
     watch: Watch<'_>,
@@ -73,7 +83,6 @@ pub(super) fn render(
     let traced = TracedScene {
         scene,
         geometry,
-        fitted,
         emitters: emitters(scene),
         punctual_lights: scene.punctual_lights.iter().map(punctual).collect(),
     };
