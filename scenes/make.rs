@@ -12,6 +12,8 @@ mod cornell;
 mod gallery;
 #[path = "make/glb.rs"]
 mod glb;
+#[path = "make/materials.rs"]
+mod materials;
 #[path = "make/mesh.rs"]
 mod mesh;
 #[path = "make/outline.rs"]
@@ -36,6 +38,7 @@ pub(crate) fn scenes() -> Vec<Scene> {
     vec![
         ("gallery.glb", gallery::gallery()),
         ("cornell.glb", cornell::cornell()),
+        ("materials.glb", materials::materials()),
         ("quads-10.glb", quads::quads(10)),
         ("quads-20.glb", quads::quads(20)),
         ("quads-50.glb", quads::quads(50)),

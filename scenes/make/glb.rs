@@ -35,7 +35,8 @@ impl Glb {
         items.len() - 1
     }
 
-    fn require(&mut self, extension: &'static str) {
+    /// Lists an extension that the file uses, once.
+    pub(crate) fn require(&mut self, extension: &'static str) {
         if !self.extensions.contains(&extension) {
             self.extensions.push(extension);
         }

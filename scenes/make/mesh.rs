@@ -90,6 +90,46 @@ impl Mesh {
         mesh
     }
 
+    /// A round disc of radius 1 in the xy plane whose front faces +z, with tangents around it.
+    ///
+    /// Texture coordinates run around it to the right and inwards downwards.
+    pub(crate) fn brushed_disc(slices: u16) -> Self {
+        const HUB: f64 = 0.02;
+        let mut mesh = Self::default();
+        for (v, radius) in [(0.0, 1.0), (1.0, HUB)] {
+            for j in 0..=slices {
+                let (sin, cos) =
+                    libm::sincos(std::f64::consts::TAU * f64::from(j % slices) / f64::from(slices));
+                mesh.positions
+                    .push(single([radius * cos, radius * sin, 0.0]));
+                mesh.normals.push([0.0, 0.0, 1.0]);
+                // The bitangent points up the image, which is outwards: n x t points inwards.
+                mesh.tangents.push(single([-sin, cos, 0.0, -1.0]));
+                mesh.texcoords
+                    .push(single([f64::from(j) / f64::from(slices), v]));
+            }
+        }
+        for j in 0..slices {
+            let (a, b) = (j, j + 1);
+            let [c, d] = [a, b].map(|k| k + slices + 1);
+            mesh.indices.extend([a, b, d, a, d, c]);
+        }
+        mesh
+    }
+
+    /// The same as [`Mesh::sphere`] with tangents along its parallels.
+    pub(crate) fn sphere_with_tangents(slices: u16, stacks: u16) -> Self {
+        let mut mesh = Self::sphere(slices, stacks);
+        for _ in 0..=stacks {
+            for j in 0..=slices {
+                let (sin, cos) =
+                    libm::sincos(std::f64::consts::TAU * f64::from(j % slices) / f64::from(slices));
+                mesh.tangents.push(single([cos, 0.0, -sin, 1.0]));
+            }
+        }
+        mesh
+    }
+
     /// The unit sphere with smooth normals, its poles on the y axis.
     pub(crate) fn sphere(slices: u16, stacks: u16) -> Self {
         let mut mesh = Self::default();

@@ -5,18 +5,22 @@ use glam::DVec3;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-/// Texels along each side of every texture.
+/// Texels along each side of most textures.
 const SIZE: u32 = 512;
 
 /// Encodes one colour a texel; components are in [0, 1] and stored as they are.
 fn png(colour: impl Fn(u32, u32) -> [f64; 3]) -> Vec<u8> {
-    let texels: Vec<u8> = (0..SIZE * SIZE)
-        .flat_map(|k| colour(k % SIZE, k / SIZE))
+    square_png(SIZE, colour)
+}
+
+fn square_png(size: u32, colour: impl Fn(u32, u32) -> [f64; 3]) -> Vec<u8> {
+    let texels: Vec<u8> = (0..size * size)
+        .flat_map(|k| colour(k % size, k / size))
         .map(|x| (255.0 * x.clamp(0.0, 1.0) + 0.5) as u8)
         .collect();
     let mut file = Vec::new();
     PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::Adaptive)
-        .write_image(&texels, SIZE, SIZE, ExtendedColorType::Rgb8)
+        .write_image(&texels, size, size, ExtendedColorType::Rgb8)
         .expect("an image of a fixed size is encoded to memory");
     file
 }
@@ -181,6 +185,35 @@ impl Slabs {
                 .clamp(0.0, 1.0);
             let stone_roughness = low + (high - low) * wear;
             [0.0, stone * stone_roughness + (1.0 - stone) * 0.7, 0.0]
+        })
+    }
+}
+
+/// Lacquered paint: flakes below, a wavy coat above. 128 texels a side.
+pub(crate) struct Paint;
+
+impl Paint {
+    const SIZE: u32 = 128;
+    const FLAKES: u32 = 32;
+
+    /// Tangent-space normals of flat flakes, each tilted its own way by up to `slope`.
+    pub(crate) fn flakes(slope: f64) -> Vec<u8> {
+        square_png(Self::SIZE, |x, y| {
+            let texels = Self::SIZE / Self::FLAKES;
+            let tilt = |seed| 2.0 * slope * (cell_value(seed, x / texels, y / texels) - 0.5);
+            (DVec3::new(tilt(60), tilt(61), 1.0).normalize() * 0.5 + 0.5).to_array()
+        })
+    }
+
+    /// Tangent-space normals of the coat's waves, as high as `height` texels.
+    pub(crate) fn waves(height: f64) -> Vec<u8> {
+        square_png(Self::SIZE, |x, y| {
+            let texel = 1.0 / f64::from(Self::SIZE);
+            let [u, v] = [x, y].map(|k| (f64::from(k) + 0.5) * texel);
+            let level = |u, v| height * cloud(70, 6, 1, u, v);
+            let along_u = (level(u + texel, v) - level(u - texel, v)) / 2.0;
+            let along_v = (level(u, v + texel) - level(u, v - texel)) / 2.0;
+            (DVec3::new(-along_u, along_v, 1.0).normalize() * 0.5 + 0.5).to_array()
         })
     }
 }

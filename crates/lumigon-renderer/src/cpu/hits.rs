@@ -1,132 +1,186 @@
-//! What a tile's rays have met, in the order SIMD lanes want it.
+//! What a tile's rays have met, sorted by lobe.
+
+use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use lumigon::LtcTable;
+use lumigon::{DiffuseMethod, SpecularMethod};
 
+use super::batch::Batch;
+use super::fitted_lobes::{FittedLobe, FittedLobes};
+use super::lobes::{Lobes, SpecularLobe};
 use crate::scene::SurfaceSample;
 
-/// Reflectance of dielectrics at normal incidence: glTF's fixed index of refraction, 1.5.
-const DIELECTRIC_F0: f32 = 0.04;
+/// Fitted lobes, for their integrals over lights: position, surface normal, and the rows of
+/// `world_to_cosine`.
+pub(super) const FITTED: usize = 15;
 
-/// Most lanes a processor has: lists are padded to a multiple, so that the last packet is full.
-pub(super) const PADDING: usize = 16;
-
-/// A material at one point, as its two lobes.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Lobes {
-    /// Lambertian reflectance: what of the base colour is neither metal nor reflected before it
-    /// gets in.
-    pub(super) diffuse_albedo: [f32; 3],
-    /// Reflectance at normal incidence.
-    pub(super) f0: [f32; 3],
-    /// GGX width.
-    pub(super) alpha: f32,
-}
-
-impl Lobes {
-    pub(super) fn new(surface: &SurfaceSample) -> Self {
-        if surface.unlit {
-            return Self::default();
-        }
-        let metallic = surface.metallic.clamp(0.0, 1.0);
-        let perceptual_roughness = surface.perceptual_roughness.clamp(0.0, 1.0);
-        let base = surface.base_color.clamp(Vec3::ZERO, Vec3::ONE);
-        let diffuse_albedo = base * (1.0 - metallic) * (1.0 - DIELECTRIC_F0);
-        let f0 = Vec3::splat(DIELECTRIC_F0).lerp(base, metallic);
-        Self {
-            diffuse_albedo: diffuse_albedo.to_array(),
-            f0: f0.to_array(),
-            alpha: perceptual_roughness * perceptual_roughness,
-        }
-    }
-}
-
-/// Radiance a surface sends to the viewer by itself.
-pub(super) fn emitted(surface: &SurfaceSample) -> [f32; 3] {
-    if surface.unlit {
-        surface.base_color.to_array()
-    } else {
-        surface.emissive.to_array()
-    }
-}
+/// GGX lobes, for their values in directions: position, normal, view, tangent, and the widths.
+pub(super) const DIRECT: usize = 14;
 
 /// One met surface.
 pub(super) struct Hit {
     /// Index of the pixel in its tile.
     pub(super) pixel: u32,
-    pub(super) emitted: [f32; 3],
-    pub(super) lobes: Lobes,
+    /// Radiance from the surface itself.
+    pub(super) emitted: Vec3,
 }
 
-/// Three lists of coordinates.
-#[derive(Default)]
-pub(super) struct Coordinates {
-    pub(super) x: Vec<f32>,
-    pub(super) y: Vec<f32>,
-    pub(super) z: Vec<f32>,
+/// What to keep of the surfaces.
+#[derive(Clone, Copy)]
+pub(super) struct Wanted {
+    pub(super) diffuse: DiffuseMethod,
+    pub(super) specular: SpecularMethod,
+    /// Whether lights without extent will ask for the lobes' values.
+    pub(super) punctual: bool,
 }
 
-impl Coordinates {
-    fn push(&mut self, v: Vec3) {
-        self.x.push(v.x);
-        self.y.push(v.y);
-        self.z.push(v.z);
-    }
-}
-
-/// Every surface the rays of a tile have met.
+/// Every surface the rays of a tile have met. Only lobes that reflect something are listed, so
+/// that what a scene does not use costs nothing.
 #[derive(Default)]
 pub(super) struct Hits {
     surfaces: Vec<Hit>,
-    pub(super) position: Coordinates,
-    pub(super) normal: Coordinates,
-    /// Unit vector to the viewer.
-    pub(super) view: Coordinates,
-    pub(super) alpha: Vec<f32>,
-    /// `shading_to_cosine` and the two amplitudes of the GGX lobe, where looked up.
-    pub(super) ltc: [Vec<f32>; 6],
+    /// Each surface's lobes, where wanted.
+    lobes: Vec<Lobes>,
+    /// Surfaces to gather irradiance: position and normal. BRDFs.
+    pub(super) diffuse: Batch<6, Vec3>,
+    /// Rough diffuse lobes to evaluate: position, normal, view and roughness. Weights of light
+    /// scattered once and more than once.
+    pub(super) rough: Batch<10, [Vec3; 2]>,
+    /// The base's specular lobes, the sheens and the coats: those of one kind are alike, and so
+    /// are the branches they take. Weights of their form factors.
+    pub(super) fitted: [Batch<FITTED, Vec3>; 3],
+    /// GGX lobes to evaluate, base and coat. Reflectances at normal and at grazing incidence.
+    pub(super) direct: [Batch<DIRECT, [Vec3; 2]>; 2],
+    /// Those whose two widths differ.
+    pub(super) direct_anisotropic: Batch<DIRECT, [Vec3; 2]>,
+    /// Sheens to evaluate: they have no SIMD form.
+    pub(super) sheens: Vec<(u32, Lobes)>,
 }
 
+/// Indices into [`Hits::fitted`].
+const SHEEN: usize = 1;
+const COAT: usize = 2;
+
 impl Hits {
-    pub(super) fn push(&mut self, pixel: u32, surface: &SurfaceSample, view: Vec3) {
-        let lobes = Lobes::new(surface);
+    pub(super) fn push(
+        &mut self,
+        pixel: u32,
+        surface: &SurfaceSample,
+        view: Vec3,
+        fitted: &FittedLobes,
+        wanted: Wanted,
+    ) {
+        let index = self.surfaces.len() as u32;
+        let lobes = Lobes::new(surface, view, fitted);
         self.surfaces.push(Hit {
             pixel,
-            emitted: emitted(surface),
-            lobes,
+            emitted: lobes.emitted,
         });
-        self.position.push(surface.position);
-        self.normal.push(surface.shading_normal);
-        self.view.push(view);
-        self.alpha.push(lobes.alpha);
+        self.diffuse(index, &lobes, wanted.diffuse);
+        self.specular(index, 0, &lobes, &lobes.specular, wanted.specular);
+        if let Some(sheen) = &lobes.sheen {
+            match wanted.specular {
+                SpecularMethod::None => {}
+                SpecularMethod::Ltc { .. } => {
+                    let numbers = sheen.fitted.numbers(lobes.position);
+                    let weight = sheen.weight * sheen.fitted.amplitude;
+                    self.fitted[SHEEN].push(index, weight, numbers);
+                }
+                SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
+                    self.sheens.push((index, lobes));
+                }
+            }
+        }
+        if let Some(coat) = &lobes.clearcoat {
+            self.specular(index, COAT, &lobes, coat, wanted.specular);
+        }
+        if wanted.punctual {
+            self.lobes.push(lobes);
+        }
+    }
+
+    fn diffuse(&mut self, index: u32, lobes: &Lobes, method: DiffuseMethod) {
+        let lobe = &lobes.diffuse;
+        if lobe.is_black() {
+            return;
+        }
+        if lobe.roughness > 0.0 && matches!(method, DiffuseMethod::LightVector { .. }) {
+            let roughness = Vec3::splat(lobe.roughness);
+            let numbers = concatenated([lobes.position, lobes.normal, lobes.view, roughness]);
+            let weights = [lobe.single, lobe.multiple];
+            self.rough.push(index, weights, numbers);
+        } else {
+            // What yields irradiance alone lights a rough surface as a smooth one of its albedo.
+            let albedo = lobe.albedo(lobes.normal.dot(lobes.view));
+            let numbers = concatenated([lobes.position, lobes.normal]);
+            self.diffuse.push(index, albedo * FRAC_1_PI, numbers);
+        }
+    }
+
+    fn specular(
+        &mut self,
+        index: u32,
+        kind: usize,
+        lobes: &Lobes,
+        lobe: &SpecularLobe,
+        method: SpecularMethod,
+    ) {
+        if lobe.f0 == Vec3::ZERO && lobe.f90 == Vec3::ZERO {
+            return;
+        }
+        match method {
+            SpecularMethod::None => {}
+            SpecularMethod::Ltc { .. } => {
+                let weight = lobe.fitted.reflectance(lobe.f0, lobe.f90);
+                let numbers = lobe.fitted.numbers(lobes.position);
+                self.fitted[kind].push(index, weight, numbers);
+            }
+            SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
+                let numbers = lobe.numbers(lobes.position, lobes.view);
+                let batch = match (lobe.is_isotropic(), kind) {
+                    (false, _) => &mut self.direct_anisotropic,
+                    (true, COAT) => &mut self.direct[1],
+                    (true, _) => &mut self.direct[0],
+                };
+                batch.push(index, [lobe.f0, lobe.f90], numbers);
+            }
+        }
     }
 
     pub(super) fn surfaces(&self) -> &[Hit] {
         &self.surfaces
     }
 
-    /// Fills in the lobes.
-    pub(super) fn look_up(&mut self, table: &LtcTable) {
-        for (i, hit) in self.surfaces.iter().enumerate() {
-            let cos_view = self.normal.x[i] * self.view.x[i]
-                + self.normal.y[i] * self.view.y[i]
-                + self.normal.z[i] * self.view.z[i];
-            let lobe = table.lookup(hit.lobes.alpha.sqrt(), cos_view);
-            let [m11, m13, m31, m33] = lobe.shading_to_cosine;
-            let numbers = [m11, m13, m31, m33, lobe.amplitude, lobe.schlick];
-            for (list, number) in self.ltc.iter_mut().zip(numbers) {
-                list.push(number);
-            }
-        }
+    /// One for each surface, or none where they were not wanted.
+    pub(super) fn lobes(&self) -> &[Lobes] {
+        &self.lobes
     }
 
-    /// Lanes from `start` on, the last ones repeated beyond the end.
-    pub(super) fn packet(list: &[f32], start: usize) -> [f32; PADDING] {
-        let mut packet = [0.0; PADDING];
-        let end = list.len().min(start + PADDING);
-        let count = end - start;
-        packet[..count].copy_from_slice(&list[start..end]);
-        packet[count..].fill(list[end - 1]);
-        packet
+    /// To be called after the last surface.
+    pub(super) fn pad(&mut self) {
+        self.diffuse.pad();
+        self.rough.pad();
+        self.direct_anisotropic.pad();
+        self.fitted.iter_mut().for_each(Batch::pad);
+        self.direct.iter_mut().for_each(Batch::pad);
     }
+}
+
+impl FittedLobe {
+    fn numbers(&self, position: Vec3) -> [f32; FITTED] {
+        let [a, b, c] = self.world_to_cosine;
+        concatenated([position, self.normal, a, b, c])
+    }
+}
+
+impl SpecularLobe {
+    fn numbers(&self, position: Vec3, view: Vec3) -> [f32; DIRECT] {
+        let widths = Vec3::new(self.alpha[0], self.alpha[1], 0.0);
+        concatenated([position, self.normal, view, self.tangent, widths])
+    }
+}
+
+/// The first `N` coordinates of vectors.
+fn concatenated<const M: usize, const N: usize>(vectors: [Vec3; M]) -> [f32; N] {
+    std::array::from_fn(|i| vectors[i / 3][i % 3])
 }

@@ -1,14 +1,18 @@
 //! The CPU backend: rays through a bounding volume hierarchy, tiles in parallel, SIMD over pixels.
 
+mod batch;
+mod fitted_lobes;
 mod geometry;
 mod hits;
+mod lobes;
+mod material;
 mod pixel_samples;
 mod reference;
 mod shade;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lumigon::{LtcTable, PolygonLight, Sides, SpecularMethod, Vec3 as LightVec3};
+use lumigon::{PolygonLight, Sides, Vec3 as LightVec3};
 use rayon::prelude::*;
 
 use crate::render::{
@@ -17,8 +21,9 @@ use crate::render::{
 };
 use crate::scene::{Camera, Scene};
 
+use fitted_lobes::FittedLobes;
 use geometry::Geometry;
-use hits::Hits;
+use hits::{Hits, Wanted};
 use pixel_samples::pixel_samples;
 use shade::ShadingLight;
 
@@ -38,7 +43,7 @@ pub struct CpuRenderer<'a> {
     geometry: Geometry,
     lights: Vec<ShadingLight>,
     warnings: Vec<String>,
-    ggx: LtcTable,
+    fitted: FittedLobes,
 }
 
 impl<'a> CpuRenderer<'a> {
@@ -68,7 +73,7 @@ impl<'a> CpuRenderer<'a> {
             geometry: Geometry::new(scene),
             lights,
             warnings,
-            ggx: LtcTable::ggx(),
+            fitted: FittedLobes::new(),
         }
     }
 
@@ -161,6 +166,11 @@ impl<'a> CpuRenderer<'a> {
         );
         let aspect = settings.width as f32 / settings.height as f32;
         let share = 1.0 / samples.len() as f32;
+        let wanted = Wanted {
+            diffuse: settings.diffuse,
+            specular: settings.specular,
+            punctual: !self.scene.punctual_lights.is_empty(),
+        };
         // A few samples at a time: thousands of them would fill memory, and be slow to stop.
         for samples in samples.chunks(SAMPLES_AT_ONCE) {
             if watch.is_cancelled() {
@@ -174,7 +184,7 @@ impl<'a> CpuRenderer<'a> {
                     let v = (f64::from(py) + offset[1]) / f64::from(settings.height);
                     let (origin, direction) = camera.ray(u as f32, v as f32, aspect);
                     if let Some(surface) = self.geometry.surface(self.scene, origin, direction) {
-                        hits.push(pixel, &surface, -direction);
+                        hits.push(pixel, &surface, -direction, &self.fitted, wanted);
                     }
                 }
             }
@@ -185,24 +195,21 @@ impl<'a> CpuRenderer<'a> {
 
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
     fn shade(&self, hits: &mut Hits, settings: &RenderSettings, share: f32, tile: &mut Tile) {
-        if matches!(settings.specular, SpecularMethod::Ltc { .. }) {
-            hits.look_up(&self.ggx);
-        }
+        hits.pad();
         let mut light = shade::polygons(hits, &self.lights, settings.diffuse, settings.specular);
         for punctual in &self.scene.punctual_lights {
-            light.add_punctual(hits, punctual, settings.specular);
+            shade::add_punctual(&mut light, hits, punctual, settings.specular);
         }
-        for (i, hit) in hits.surfaces().iter().enumerate() {
+        for (hit, light) in hits.surfaces().iter().zip(light) {
             let pixel = hit.pixel as usize;
-            for channel in 0..3 {
-                tile.emitted[pixel][channel] += hit.emitted[channel] * share;
-                tile.diffuse[pixel][channel] += hit.lobes.diffuse_albedo[channel]
-                    * std::f32::consts::FRAC_1_PI
-                    * light.irradiance[channel][i]
-                    * share;
-                let f0 = hit.lobes.f0[channel];
-                let (whole, schlick) = (light.specular[channel][i], light.schlick[channel][i]);
-                tile.specular[pixel][channel] += (f0 * (whole - schlick) + schlick) * share;
+            for (to, part) in [
+                (&mut tile.emitted, hit.emitted),
+                (&mut tile.diffuse, light.diffuse),
+                (&mut tile.specular, light.specular),
+            ] {
+                for (to, part) in to[pixel].iter_mut().zip(part.to_array()) {
+                    *to += part * share;
+                }
             }
         }
     }

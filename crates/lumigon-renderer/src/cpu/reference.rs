@@ -9,10 +9,10 @@ use lumigon_reference::{
 };
 
 use super::geometry::Geometry;
-use super::hits::emitted;
+use super::material::{LayeredMaterial, emitted};
 use super::pixel_samples::pixel_samples;
 use crate::render::{Pixels, ReferenceRendering, ReferenceSettings, RenderError, Rendering, Watch};
-use crate::scene::{Camera, PunctualKind, Scene, SurfaceSample};
+use crate::scene::{Camera, PunctualKind, Scene};
 
 /// A scene as the path tracer asks for it.
 struct TracedScene<'a> {
@@ -28,12 +28,26 @@ impl lumigon_reference::Scene for TracedScene<'_> {
         let found =
             self.geometry
                 .surface_beyond(self.scene, origin, direction, self.geometry.epsilon)?;
+        let material = LayeredMaterial::new(&found);
         Some(Surface {
             position: double(found.position),
             geometric_normal: unit(found.geometric_normal),
             shading_normal: unit(found.shading_normal),
-            material: material(&found),
-            emitted: emitted(&found).map(f64::from),
+            material: Material {
+                base_color: double(material.base_color),
+                metallic: f64::from(material.metallic),
+                dielectric_f0: double(material.dielectric_f0),
+                dielectric_f90: f64::from(material.dielectric_f90),
+                alpha: material.alpha.map(f64::from),
+                tangent: double(found.tangent),
+                diffuse_roughness: f64::from(material.diffuse_roughness),
+                sheen_color: double(material.sheen_color),
+                sheen_alpha: f64::from(material.sheen_alpha),
+                clearcoat: f64::from(material.clearcoat),
+                clearcoat_alpha: f64::from(material.clearcoat_alpha),
+                clearcoat_normal: unit(found.clearcoat_normal),
+            },
+            emitted: double(emitted(&found)),
         })
     }
 
@@ -55,20 +69,6 @@ impl lumigon_reference::Scene for TracedScene<'_> {
 
     fn punctual_lights(&self) -> &[PunctualLight] {
         &self.punctual_lights
-    }
-}
-
-/// The metallic-roughness material, with none of the layers that extensions add; black where unlit.
-fn material(found: &SurfaceSample) -> Material {
-    let lit = if found.unlit { 0.0 } else { 1.0 };
-    let perceptual_roughness = f64::from(found.perceptual_roughness);
-    Material {
-        base_color: double(found.base_color).map(|c| lit * c),
-        metallic: lit * f64::from(found.metallic),
-        dielectric_f0: [lit * 0.04; 3],
-        dielectric_f90: lit,
-        alpha: [perceptual_roughness * perceptual_roughness; 2],
-        ..Material::default()
     }
 }
 

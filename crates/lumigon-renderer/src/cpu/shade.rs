@@ -1,12 +1,16 @@
-//! All lights on all hits of a tile, SIMD over hits.
+//! All lights on all hits of a tile, SIMD over the hits that share a lobe.
 
 use fearless_simd::{Level, Simd, dispatch};
+use glam::Vec3;
 use lumigon::{
-    DiffuseMethod, Lanes, LocalOcclusion, Ltc, PolygonLight, PreparedLtc, Real, SpecularMethod,
-    Vec3, ggx_cosine, light_direction, ltc_form_factor, reflected_inclusion,
+    DiffuseMethod, Lanes, LocalOcclusion, PolygonLight, PreparedLtc, Real, SpecularMethod,
+    eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine, light_direction,
+    ltc_form_factor, reflected_inclusion,
 };
 
-use super::hits::{Coordinates, Hits, PADDING};
+use super::batch::Batch;
+use super::hits::{DIRECT, FITTED, Hits};
+use super::lobes::Scattered;
 use super::vector;
 use crate::scene::PunctualLight;
 
@@ -16,61 +20,76 @@ pub(super) struct ShadingLight {
     pub(super) radiance: [f32; 3],
 }
 
-/// Light on each hit, by channel.
-pub(super) struct ShadedLight {
-    pub(super) irradiance: [Vec<f32>; 3],
-    /// Response of the GGX lobe with F = 1.
-    pub(super) specular: [Vec<f32>; 3],
-    /// The same weighted by Schlick's (1 - h.v)^5.
-    pub(super) schlick: [Vec<f32>; 3],
-}
+/// Sums over lights of radiance times response, by channel, one list each.
+type Sums = [Vec<f32>; 3];
 
-/// Sums over all polygon lights.
+/// What each hit scatters of all polygon lights.
 pub(super) fn polygons(
     hits: &Hits,
     lights: &[ShadingLight],
     diffuse: DiffuseMethod,
     specular: SpecularMethod,
-) -> ShadedLight {
-    let length = hits.surfaces().len().next_multiple_of(PADDING);
-    let dark = || std::array::from_fn(|_| vec![0.0; length]);
-    let mut light = ShadedLight {
-        irradiance: dark(),
-        specular: dark(),
-        schlick: dark(),
-    };
+) -> Vec<Scattered> {
+    let mut scattered = vec![Scattered::default(); hits.surfaces().len()];
     if lights.is_empty() {
-        return light;
+        return scattered;
     }
-    dispatch!(Level::new(), simd => {
-        diffuse_light(simd, hits, lights, diffuse, &mut light);
-        specular_light(simd, hits, lights, specular, &mut light);
+    let irradiance = dispatch!(Level::new(), simd => {
+        irradiance(simd, &hits.diffuse, lights, diffuse)
     });
-    light
-}
-
-/// Calls `each` with the first index of every packet of hits.
-#[inline(always)]
-fn for_each_packet<S: Simd>(hits: &Hits, mut each: impl FnMut(usize)) {
-    let mut start = 0;
-    while start < hits.surfaces().len() {
-        each(start);
-        start += Lanes::<S>::COUNT;
+    for (i, &(hit, weight)) in hits.diffuse.entries().iter().enumerate() {
+        scattered[hit as usize].diffuse += weight * at(&irradiance, i);
     }
+    for fitted in hits.fitted.iter().filter(|batch| !batch.is_empty()) {
+        let form_factors = dispatch!(Level::new(), simd => {
+            form_factors(simd, fitted, lights)
+        });
+        for (i, &(hit, weight)) in fitted.entries().iter().enumerate() {
+            scattered[hit as usize].specular += weight * at(&form_factors, i);
+        }
+    }
+    if let DiffuseMethod::LightVector { occlusion } = diffuse
+        && !hits.rough.is_empty()
+    {
+        let [single, multiple] = dispatch!(Level::new(), simd => {
+            rough_responses(simd, &hits.rough, lights, occlusion)
+        });
+        for (i, &(hit, weights)) in hits.rough.entries().iter().enumerate() {
+            scattered[hit as usize].diffuse +=
+                weights[0] * at(&single, i) + weights[1] * at(&multiple, i);
+        }
+    }
+    let isotropic = hits.direct.iter().map(|batch| (batch, false));
+    let direct = isotropic.chain([(&hits.direct_anisotropic, true)]);
+    for (direct, anisotropic) in direct.filter(|(batch, _)| !batch.is_empty()) {
+        let [whole, schlick] = dispatch!(Level::new(), simd => {
+            responses(simd, direct, lights, specular, anisotropic)
+        });
+        for (i, &(hit, [f0, f90])) in direct.entries().iter().enumerate() {
+            let (whole, schlick) = (at(&whole, i), at(&schlick, i));
+            scattered[hit as usize].specular += f0 * (whole - schlick) + f90 * schlick;
+        }
+    }
+    for (hit, lobes) in &hits.sheens {
+        let Some(sheen) = &lobes.sheen else {
+            continue;
+        };
+        let [point, normal] = [lobes.position, lobes.normal].map(vector);
+        for light in lights {
+            // A sheen has no mirror direction: whatever the method, all light comes from the
+            // light vector's.
+            let seen = light_direction(&light.polygon, point, normal, LocalOcclusion::Exact);
+            let direction = Vec3::new(seen.direction.x, seen.direction.y, seen.direction.z);
+            let response = sheen.evaluate(lobes.normal, lobes.view, direction);
+            scattered[*hit as usize].specular +=
+                response * Vec3::from(light.radiance) * seen.solid_angle;
+        }
+    }
+    scattered
 }
 
-#[inline(always)]
-fn lanes<S: Simd>(simd: S, list: &[f32], start: usize) -> Lanes<S> {
-    Lanes::from_slice(simd, &Hits::packet(list, start))
-}
-
-#[inline(always)]
-fn vectors<S: Simd>(simd: S, list: &Coordinates, start: usize) -> Vec3<Lanes<S>> {
-    Vec3::new(
-        lanes(simd, &list.x, start),
-        lanes(simd, &list.y, start),
-        lanes(simd, &list.z, start),
-    )
+fn at(sums: &Sums, i: usize) -> Vec3 {
+    Vec3::new(sums[0][i], sums[1][i], sums[2][i])
 }
 
 #[inline(always)]
@@ -81,112 +100,149 @@ fn add<S: Simd>(sum: &mut [Lanes<S>; 3], radiance: [f32; 3], response: Lanes<S>)
 }
 
 #[inline(always)]
-fn scaled<S: Simd>([r, g, b]: [Lanes<S>; 3], factor: Lanes<S>) -> [Lanes<S>; 3] {
-    [r * factor, g * factor, b * factor]
-}
-
-#[inline(always)]
-fn store<S: Simd>(sum: [Lanes<S>; 3], to: &mut [Vec<f32>; 3], start: usize) {
+fn store<S: Simd>(sum: [Lanes<S>; 3], to: &mut Sums, start: usize) {
     for (sum, to) in sum.into_iter().zip(to) {
         sum.store(&mut to[start..]);
     }
 }
 
 #[inline(always)]
-fn diffuse_light<S: Simd>(
+fn irradiance<S: Simd>(
     simd: S,
-    hits: &Hits,
+    surfaces: &Batch<6, Vec3>,
     lights: &[ShadingLight],
     method: DiffuseMethod,
-    to: &mut ShadedLight,
-) {
-    for_each_packet::<S>(
-        hits,
+) -> Sums {
+    let mut sums = surfaces.dark();
+    surfaces.for_each_packet::<S>(
         #[inline(always)]
         |start| {
-            let point = vectors(simd, &hits.position, start);
-            let normal = vectors(simd, &hits.normal, start);
+            let point = surfaces.vectors(simd, 0, start);
+            let normal = surfaces.vectors(simd, 3, start);
             let mut sum = [Lanes::splat(simd, 0.0); 3];
             for light in lights {
                 let irradiance = method.irradiance(&light.polygon, point, normal);
                 add(&mut sum, light.radiance, irradiance);
             }
-            store(sum, &mut to.irradiance, start);
+            store(sum, &mut sums, start);
         },
     );
+    sums
 }
 
+/// The fitted lobes' form factors.
 #[inline(always)]
-fn specular_light<S: Simd>(
-    simd: S,
-    hits: &Hits,
-    lights: &[ShadingLight],
-    method: SpecularMethod,
-    to: &mut ShadedLight,
-) {
-    if method == SpecularMethod::None {
-        return;
-    }
-    for_each_packet::<S>(
-        hits,
+fn form_factors<S: Simd>(simd: S, lobes: &Batch<FITTED, Vec3>, lights: &[ShadingLight]) -> Sums {
+    let mut sums = lobes.dark();
+    lobes.for_each_packet::<S>(
         #[inline(always)]
         |start| {
-            let point = vectors(simd, &hits.position, start);
-            let normal = vectors(simd, &hits.normal, start);
-            let view = vectors(simd, &hits.view, start);
+            let point = lobes.vectors(simd, 0, start);
+            let normal = lobes.vectors(simd, 3, start);
+            let rows = [
+                lobes.vectors(simd, 6, start),
+                lobes.vectors(simd, 9, start),
+                lobes.vectors(simd, 12, start),
+            ];
+            let prepared = PreparedLtc::from_world_to_cosine(rows, normal);
+            let mut sum = [Lanes::splat(simd, 0.0); 3];
+            for light in lights {
+                let form_factor = ltc_form_factor(&light.polygon, point, &prepared);
+                add(&mut sum, light.radiance, form_factor);
+            }
+            store(sum, &mut sums, start);
+        },
+    );
+    sums
+}
+
+/// What rough diffuse surfaces scatter once and more than once, all light coming along the light
+/// vector.
+#[inline(always)]
+fn rough_responses<S: Simd>(
+    simd: S,
+    surfaces: &Batch<10, [Vec3; 2]>,
+    lights: &[ShadingLight],
+    occlusion: LocalOcclusion,
+) -> [Sums; 2] {
+    let (mut all_single, mut all_multiple) = (surfaces.dark(), surfaces.dark());
+    surfaces.for_each_packet::<S>(
+        #[inline(always)]
+        |start| {
+            let point = surfaces.vectors(simd, 0, start);
+            let normal = surfaces.vectors(simd, 3, start);
+            let view = surfaces.vectors(simd, 6, start);
+            let roughness = surfaces.lanes(simd, 9, start);
+            let mut single = [Lanes::splat(simd, 0.0); 3];
+            let mut multiple = single;
+            for light in lights {
+                let seen = light_direction(&light.polygon, point, normal, occlusion);
+                let once = eon_single_cosine(roughness, normal, view, seen.direction);
+                let more = eon_multiple_cosine(roughness, normal, view, seen.direction);
+                add(&mut single, light.radiance, once * seen.solid_angle);
+                add(&mut multiple, light.radiance, more * seen.solid_angle);
+            }
+            store(single, &mut all_single, start);
+            store(multiple, &mut all_multiple, start);
+        },
+    );
+    [all_single, all_multiple]
+}
+
+/// Response of GGX lobes with F = 1, and the same weighted by Schlick's (1 - h.v)^5, by methods
+/// that know one direction a light.
+#[inline(always)]
+fn responses<S: Simd>(
+    simd: S,
+    lobes: &Batch<DIRECT, [Vec3; 2]>,
+    lights: &[ShadingLight],
+    method: SpecularMethod,
+    anisotropic: bool,
+) -> [Sums; 2] {
+    let (mut all_whole, mut all_schlick) = (lobes.dark(), lobes.dark());
+    lobes.for_each_packet::<S>(
+        #[inline(always)]
+        |start| {
+            let point = lobes.vectors(simd, 0, start);
+            let normal = lobes.vectors(simd, 3, start);
+            let view = lobes.vectors(simd, 6, start);
             let mut whole = [Lanes::splat(simd, 0.0); 3];
             let mut schlick = whole;
             match method {
-                SpecularMethod::None => {}
-                SpecularMethod::Ltc { lobes: _ } => {
-                    let number = &hits.ltc;
-                    let amplitude = lanes(simd, &number[4], start);
-                    let schlick_amplitude = lanes(simd, &number[5], start);
-                    let lobe = Ltc {
-                        shading_to_cosine: [
-                            lanes(simd, &number[0], start),
-                            lanes(simd, &number[1], start),
-                            lanes(simd, &number[2], start),
-                            lanes(simd, &number[3], start),
-                        ],
-                        amplitude,
-                        schlick: schlick_amplitude,
-                    };
-                    let prepared = PreparedLtc::new(&lobe, normal, view);
-                    let mut sum = whole;
-                    for light in lights {
-                        let form_factor = ltc_form_factor(&light.polygon, point, &prepared);
-                        add(&mut sum, light.radiance, form_factor);
-                    }
-                    whole = scaled(sum, amplitude);
-                    schlick = scaled(sum, schlick_amplitude);
-                }
+                SpecularMethod::None | SpecularMethod::Ltc { .. } => {}
                 SpecularMethod::ReflectedInclusion(rule) => {
+                    let weight = schlick_weight(normal.dot(view));
                     for light in lights {
                         let inside = reflected_inclusion(&light.polygon, point, normal, view, rule);
                         add(&mut whole, light.radiance, inside);
+                        add(&mut schlick, light.radiance, inside * weight);
                     }
-                    let weight = schlick_weight(normal.dot(view));
-                    schlick = scaled(whole, weight);
                 }
                 SpecularMethod::LightVector => {
-                    let alpha = lanes(simd, &hits.alpha, start);
+                    let tangent = lobes.vectors(simd, 9, start);
+                    let bitangent = normal.cross(tangent);
+                    let alpha = [lobes.lanes(simd, 12, start), lobes.lanes(simd, 13, start)];
                     for light in lights {
                         let seen =
                             light_direction(&light.polygon, point, normal, LocalOcclusion::Exact);
-                        let response =
-                            ggx_cosine(alpha, normal, view, seen.direction) * seen.solid_angle;
-                        add(&mut whole, light.radiance, response);
+                        let towards = seen.direction;
+                        let response = if anisotropic {
+                            ggx_anisotropic_cosine(alpha, tangent, bitangent, normal, view, towards)
+                        } else {
+                            ggx_cosine(alpha[0], normal, view, towards)
+                        } * seen.solid_angle;
                         let half = (view + seen.direction).normalize_or_zero();
                         let weight = schlick_weight(half.dot(view));
+                        add(&mut whole, light.radiance, response);
                         add(&mut schlick, light.radiance, response * weight);
                     }
                 }
             }
-            store(whole, &mut to.specular, start);
-            store(schlick, &mut to.schlick, start);
+            store(whole, &mut all_whole, start);
+            store(schlick, &mut all_schlick, start);
         },
     );
+    [all_whole, all_schlick]
 }
 
 /// (1 - cosine)^5, for a cosine in \[0, 1\].
@@ -195,31 +251,21 @@ fn schlick_weight<T: Real>(cosine: T) -> T {
     lumigon::schlick(cosine.constant(0.0), cosine)
 }
 
-impl ShadedLight {
-    /// Adds a light without extent, unshadowed.
-    pub(super) fn add_punctual(
-        &mut self,
-        hits: &Hits,
-        light: &PunctualLight,
-        specular: SpecularMethod,
-    ) {
-        for i in 0..hits.surfaces().len() {
-            let at = |list: &Coordinates| glam::Vec3::new(list.x[i], list.y[i], list.z[i]);
-            let (normal, view) = (at(&hits.normal), at(&hits.view));
-            let Some((towards, _, irradiance)) = light.at(at(&hits.position)) else {
-                continue;
-            };
-            let cosine = normal.dot(towards).max(0.0);
-            let response = match specular {
-                SpecularMethod::None => 0.0,
-                _ => ggx_cosine(hits.alpha[i], vector(normal), vector(view), vector(towards)),
-            };
-            let weight = schlick_weight((view + towards).normalize_or_zero().dot(view).max(0.0));
-            for channel in 0..3 {
-                self.irradiance[channel][i] += irradiance[channel] * cosine;
-                self.specular[channel][i] += irradiance[channel] * response;
-                self.schlick[channel][i] += irradiance[channel] * response * weight;
-            }
+/// Adds what each hit scatters of a light without extent, unshadowed.
+pub(super) fn add_punctual(
+    scattered: &mut [Scattered],
+    hits: &Hits,
+    light: &PunctualLight,
+    specular: SpecularMethod,
+) {
+    for (lobes, scattered) in hits.lobes().iter().zip(scattered) {
+        let Some((towards, _, irradiance)) = light.at(lobes.position) else {
+            continue;
+        };
+        let response = lobes.evaluate(towards);
+        scattered.diffuse += response.diffuse * irradiance;
+        if specular != SpecularMethod::None {
+            scattered.specular += response.specular * irradiance;
         }
     }
 }

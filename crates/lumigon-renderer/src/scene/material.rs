@@ -1,4 +1,4 @@
-//! glTF's metallic-roughness material.
+//! glTF's metallic-roughness material and the layers that its extensions add.
 
 use glam::{Mat3, Vec2, Vec3, Vec4};
 
@@ -65,7 +65,9 @@ pub struct TextureRef {
     pub transform: TextureTransform,
 }
 
-/// glTF's metallic-roughness material, with every factor and texture.
+/// glTF's metallic-roughness material, with every factor and texture, and those of
+/// `KHR_materials_specular`, `_ior`, `_anisotropy`, `_sheen`, `_clearcoat` and the draft
+/// `KHR_materials_diffuse_roughness`. Textures multiply the factors they are named after.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// The material's name, where the file has one.
@@ -80,6 +82,47 @@ pub struct Material {
     pub perceptual_roughness: f32,
     /// Green multiplies [`Material::perceptual_roughness`], blue [`Material::metallic`].
     pub metallic_roughness_texture: Option<TextureRef>,
+    /// Strength of the dielectric reflection, 0 to 1.
+    pub specular: f32,
+    /// Alpha multiplies [`Material::specular`].
+    pub specular_texture: Option<TextureRef>,
+    /// Linear RGB, at least 0, that multiplies the dielectric's reflectance at normal incidence.
+    pub specular_color: Vec3,
+    /// Multiplies [`Material::specular_color`].
+    pub specular_color_texture: Option<TextureRef>,
+    /// Index of refraction, at least 1; 0 stands for an infinite one, which reflects everything.
+    pub ior: f32,
+    /// How much wider the specular lobe is along its direction than across it, 0 to 1.
+    pub anisotropy_strength: f32,
+    /// Radians from the tangent towards the bitangent to that direction.
+    pub anisotropy_rotation: f32,
+    /// Red and green are the direction that is turned so, blue multiplies
+    /// [`Material::anisotropy_strength`].
+    pub anisotropy_texture: Option<TextureRef>,
+    /// Width r of the diffuse lobe's facets, 0 (Lambertian) to 1.
+    pub diffuse_roughness: f32,
+    /// Red multiplies [`Material::diffuse_roughness`].
+    pub diffuse_roughness_texture: Option<TextureRef>,
+    /// Linear RGB reflectance of the fibres over the surface; black for none.
+    pub sheen_color: Vec3,
+    /// Multiplies [`Material::sheen_color`].
+    pub sheen_color_texture: Option<TextureRef>,
+    /// Square root of the Charlie lobe's alpha, 0 to 1.
+    pub sheen_perceptual_roughness: f32,
+    /// Alpha multiplies [`Material::sheen_perceptual_roughness`].
+    pub sheen_roughness_texture: Option<TextureRef>,
+    /// How much of the surface is coated, 0 to 1.
+    pub clearcoat: f32,
+    /// Red multiplies [`Material::clearcoat`].
+    pub clearcoat_texture: Option<TextureRef>,
+    /// Square root of the coat's GGX width, 0 to 1.
+    pub clearcoat_perceptual_roughness: f32,
+    /// Green multiplies [`Material::clearcoat_perceptual_roughness`].
+    pub clearcoat_roughness_texture: Option<TextureRef>,
+    /// The coat's own tangent-space normals: the surface's do not touch it.
+    pub clearcoat_normal_texture: Option<TextureRef>,
+    /// Scales the coat's normal texture's x and y.
+    pub clearcoat_normal_scale: f32,
     /// Tangent-space normals.
     pub normal_texture: Option<TextureRef>,
     /// Scales the normal texture's x and y.
@@ -110,6 +153,26 @@ impl Default for Material {
             metallic: 1.0,
             perceptual_roughness: 1.0,
             metallic_roughness_texture: None,
+            specular: 1.0,
+            specular_texture: None,
+            specular_color: Vec3::ONE,
+            specular_color_texture: None,
+            ior: 1.5,
+            anisotropy_strength: 0.0,
+            anisotropy_rotation: 0.0,
+            anisotropy_texture: None,
+            diffuse_roughness: 0.0,
+            diffuse_roughness_texture: None,
+            sheen_color: Vec3::ZERO,
+            sheen_color_texture: None,
+            sheen_perceptual_roughness: 0.0,
+            sheen_roughness_texture: None,
+            clearcoat: 0.0,
+            clearcoat_texture: None,
+            clearcoat_perceptual_roughness: 0.0,
+            clearcoat_roughness_texture: None,
+            clearcoat_normal_texture: None,
+            clearcoat_normal_scale: 1.0,
             normal_texture: None,
             normal_scale: 1.0,
             occlusion_texture: None,

@@ -20,7 +20,30 @@ pub struct SurfaceSample {
     pub metallic: f32,
     /// Square root of the GGX width alpha, 0 to 1.
     pub perceptual_roughness: f32,
-    /// Linear RGB radiance towards the viewer: 0 behind a face that emits from its front alone.
+    /// Strength of the dielectric reflection, 0 to 1.
+    pub specular: f32,
+    /// Linear RGB that multiplies the dielectric's reflectance at normal incidence.
+    pub specular_color: Vec3,
+    /// Index of refraction, at least 1, or 0 for an infinite one.
+    pub ior: f32,
+    /// How much wider the specular lobe is along [`SurfaceSample::tangent`] than across, 0 to 1.
+    pub anisotropy_strength: f32,
+    /// Unit vector at right angles to the shading normal, along which the specular lobe is wider;
+    /// zero where the lobe is isotropic. Its sign means nothing.
+    pub tangent: Vec3,
+    /// Width of the diffuse lobe's facets, 0 (Lambertian) to 1.
+    pub diffuse_roughness: f32,
+    /// Linear RGB reflectance of the fibres over the surface.
+    pub sheen_color: Vec3,
+    /// Square root of the sheen's alpha, 0 to 1.
+    pub sheen_perceptual_roughness: f32,
+    /// How much of the surface is coated, 0 to 1.
+    pub clearcoat: f32,
+    /// Square root of the coat's GGX width, 0 to 1.
+    pub clearcoat_perceptual_roughness: f32,
+    /// Unit normal of the coat, which never faces away from the viewer either.
+    pub clearcoat_normal: Vec3,
+    /// Linear RGB radiance towards the viewer, beneath any coat: 0 behind a face that emits from its front alone.
     pub emissive: Vec3,
     /// 1 where there is a surface, 0 where an alpha mask cuts it out or the viewer is behind a
     /// single-sided face.
@@ -58,14 +81,18 @@ impl Scene {
         let towards_viewer = -ray_direction.normalize_or(-outward);
         let side = if front { 1.0 } else { -1.0 };
 
-        let mut shading_normal = point
+        let normal = point
             .blend3(&mesh.normals)
             .and_then(Vec3::try_normalize)
             .unwrap_or(outward);
-        if let Some(texture) = &material.normal_texture {
-            shading_normal =
-                self.mapped_normal(&point, shading_normal, texture, material.normal_scale);
-        }
+        let seen_normal = |texture: &Option<TextureRef>, scale: f32| {
+            let mapped = match texture {
+                Some(texture) => self.mapped_normal(&point, normal, texture, scale),
+                None => normal,
+            };
+            bent_to_silhouette(mapped * side, towards_viewer)
+        };
+        let shading_normal = seen_normal(&material.normal_texture, material.normal_scale);
 
         let base_color = self.base_color(&point, material);
         let (mut metallic, mut perceptual_roughness) =
@@ -75,6 +102,7 @@ impl Scene {
             perceptual_roughness *= texel.y;
             metallic *= texel.z;
         }
+        let (anisotropy_strength, direction) = self.anisotropy(&point, normal, material);
         let emits = front || material.double_sided;
         let mut emissive = if emits && !material.unlit {
             material.emissive
@@ -89,10 +117,38 @@ impl Scene {
         SurfaceSample {
             position: point.blend3(&mesh.positions).unwrap_or_default(),
             geometric_normal: outward * side,
-            shading_normal: bent_to_silhouette(shading_normal * side, towards_viewer),
+            shading_normal,
             base_color: base_color.xyz(),
             metallic,
             perceptual_roughness,
+            specular: material.specular * self.factor(&point, &material.specular_texture).w,
+            specular_color: material.specular_color
+                * self.factor(&point, &material.specular_color_texture).xyz(),
+            ior: material.ior,
+            anisotropy_strength,
+            tangent: if anisotropy_strength > 0.0 {
+                tangent_frame(shading_normal, direction, 1.0)
+                    .map_or_else(|| shading_normal.any_orthonormal_vector(), |(t, _)| t)
+            } else {
+                Vec3::ZERO
+            },
+            diffuse_roughness: material.diffuse_roughness
+                * self.factor(&point, &material.diffuse_roughness_texture).x,
+            sheen_color: material.sheen_color
+                * self.factor(&point, &material.sheen_color_texture).xyz(),
+            sheen_perceptual_roughness: material.sheen_perceptual_roughness
+                * self.factor(&point, &material.sheen_roughness_texture).w,
+            clearcoat: material.clearcoat * self.factor(&point, &material.clearcoat_texture).x,
+            clearcoat_perceptual_roughness: material.clearcoat_perceptual_roughness
+                * self.factor(&point, &material.clearcoat_roughness_texture).y,
+            clearcoat_normal: if material.clearcoat > 0.0 {
+                seen_normal(
+                    &material.clearcoat_normal_texture,
+                    material.clearcoat_normal_scale,
+                )
+            } else {
+                shading_normal
+            },
             emissive,
             opacity: opacity(material, base_color.w, front),
             front,
@@ -143,8 +199,38 @@ impl Scene {
         self.textures[texture.texture].sample(texture.transform.apply(texcoord.unwrap_or_default()))
     }
 
-    /// The normal texture applied in the frame of the file's tangents or, without those, of the
-    /// triangle's own texture coordinates as the texture's transform leaves them.
+    /// A texture's texel, or ones.
+    fn factor(&self, point: &Point<'_>, texture: &Option<TextureRef>) -> Vec4 {
+        texture
+            .as_ref()
+            .map_or(Vec4::ONE, |texture| self.texel(point, texture))
+    }
+
+    /// How much wider the specular lobe is in one direction, and that direction: 0 where the
+    /// surface has none.
+    fn anisotropy(&self, point: &Point<'_>, normal: Vec3, material: &Material) -> (f32, Vec3) {
+        let mut strength = material.anisotropy_strength;
+        if strength == 0.0 {
+            return (0.0, Vec3::ZERO);
+        }
+        // Without a texture of its own the direction shares the normal texture's frame, which is
+        // the surface's tangent space where the file has no tangents.
+        let texture = material.anisotropy_texture.or(material.normal_texture);
+        let frame = point.tangent_space(normal, &texture.unwrap_or_default());
+        let Some((tangent, bitangent)) = frame else {
+            return (strength, Vec3::ZERO);
+        };
+        let mut direction = Vec2::X;
+        if let Some(texture) = &material.anisotropy_texture {
+            let texel = self.texel(point, texture);
+            strength *= texel.z;
+            direction = (texel.xy() * 2.0 - 1.0).normalize_or(Vec2::X);
+        }
+        let turned = Vec2::from_angle(material.anisotropy_rotation).rotate(direction);
+        (strength, tangent * turned.x + bitangent * turned.y)
+    }
+
+    /// The normal texture applied in the surface's tangent space.
     fn mapped_normal(
         &self,
         point: &Point<'_>,
@@ -152,22 +238,7 @@ impl Scene {
         texture: &TextureRef,
         scale: f32,
     ) -> Vec3 {
-        let frame = match point.blend(&point.mesh.tangents) {
-            Some(tangent) => tangent_frame(normal, tangent.xyz(), tangent.w),
-            None => {
-                let uvs = &point.mesh.texcoords[texture.texcoord];
-                if uvs.is_empty() {
-                    return normal;
-                }
-                let uv = point
-                    .corners
-                    .map(|i| texture.transform.apply(uvs[i as usize]));
-                let p = point.corners.map(|i| point.mesh.positions[i as usize]);
-                let (along_u, handedness) = texture_gradient(p, uv, normal);
-                tangent_frame(normal, along_u, handedness)
-            }
-        };
-        let Some((tangent, bitangent)) = frame else {
+        let Some((tangent, bitangent)) = point.tangent_space(normal, texture) else {
             return normal;
         };
         let texel = self.texel(point, texture).xyz() * 2.0 - 1.0;
@@ -198,6 +269,24 @@ impl Point<'_> {
     blend!(blend2, Vec2);
     blend!(blend3, Vec3);
     blend!(blend, Vec4);
+
+    /// Unit tangent and bitangent: the file's or, without those, of the triangle's own texture
+    /// coordinates as the texture's transform leaves them; `None` without either.
+    fn tangent_space(&self, normal: Vec3, texture: &TextureRef) -> Option<(Vec3, Vec3)> {
+        if let Some(tangent) = self.blend(&self.mesh.tangents) {
+            return tangent_frame(normal, tangent.xyz(), tangent.w);
+        }
+        let uvs = &self.mesh.texcoords[texture.texcoord];
+        if uvs.is_empty() {
+            return None;
+        }
+        let uv = self
+            .corners
+            .map(|i| texture.transform.apply(uvs[i as usize]));
+        let p = self.corners.map(|i| self.mesh.positions[i as usize]);
+        let (along_u, handedness) = texture_gradient(p, uv, normal);
+        tangent_frame(normal, along_u, handedness)
+    }
 }
 
 fn weights(barycentrics: Vec2) -> [f32; 3] {

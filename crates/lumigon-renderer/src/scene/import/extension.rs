@@ -6,10 +6,16 @@ use super::warning::Warnings;
 use crate::scene::error::Fault;
 
 /// Extensions that are done, or (the last two) that change nothing in the picture.
-const SUPPORTED: [&str; 8] = [
+const SUPPORTED: [&str; 14] = [
     "EXT_lights_area",
     "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_roughness",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_texture_transform",

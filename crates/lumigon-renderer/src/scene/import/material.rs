@@ -42,7 +42,7 @@ pub(super) struct Context<'a, 'b> {
 }
 
 /// A reference to a texture, whichever of glTF's three kinds it was.
-struct Reference {
+pub(super) struct Reference {
     texture: usize,
     texcoord: u32,
     transform: TextureTransform,
@@ -179,6 +179,10 @@ impl Materials {
             converted.occlusion_texture = self.texture(context, Some(reference), false)?;
         }
 
+        if let Some(extensions) = extensions {
+            self.layers(context, &extensions.others, &place, &mut converted)?;
+        }
+
         let [x, y, z] = converted.emissive.to_array();
         let [r, g, b, a] = converted.base_color.to_array();
         let factors = [
@@ -211,7 +215,7 @@ impl Materials {
     }
 
     /// The reference into the scene's textures, or `None` where the texture cannot be shown.
-    fn texture(
+    pub(super) fn texture(
         &mut self,
         context: &mut Context<'_, '_>,
         reference: Option<Reference>,
@@ -307,6 +311,20 @@ impl Reference {
             transform: TextureTransform::new(Vec2::new(x, y), found.rotation.0, Vec2::new(sx, sy)),
             place,
         })
+    }
+
+    /// For the textures of extensions that the `gltf` crate has no types for.
+    pub(super) fn from_value(value: &Value, place: String) -> Result<Self, Fault> {
+        let properties = object(value, &place)?;
+        let texture = index(properties, "index", &place)?
+            .ok_or_else(|| Fault::new(&place, "it has no index", "name a texture"))?;
+        let texcoord = index(properties, "texCoord", &place)?.unwrap_or(0);
+        let extensions = match properties.get("extensions") {
+            Some(value) => Some(object(value, &format!("{place}.extensions"))?),
+            None => None,
+        };
+        let texcoord = u32::try_from(texcoord).unwrap_or(u32::MAX);
+        Self::untyped(texture, texcoord, extensions, place)
     }
 
     /// For normal and occlusion textures, whose transform the `gltf` crate leaves untyped.

@@ -10,6 +10,7 @@ mod container;
 mod extension;
 mod image;
 mod material;
+mod material_layer;
 mod node;
 mod primitive;
 mod punctual_light;

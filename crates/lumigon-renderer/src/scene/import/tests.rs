@@ -380,6 +380,229 @@ fn materials_carry_every_factor_and_texture() {
     assert!((normal.texel(1, 0).z - 188.0 / 255.0).abs() < 1e-6);
 }
 
+/// A material with every property of every layer; all textures show `textures[0]`.
+fn layered() -> Value {
+    let transform = json!({"KHR_texture_transform": {"offset": [0.5, 0.25]}});
+    let texture = json!({"index": 0, "extensions": transform});
+    json!({"extensions": {
+        "KHR_materials_specular": {
+            "specularFactor": 0.5, "specularTexture": texture,
+            "specularColorFactor": [2, 1, 0.5], "specularColorTexture": texture,
+        },
+        "KHR_materials_ior": {"ior": 1.8},
+        "KHR_materials_anisotropy": {
+            "anisotropyStrength": 0.8, "anisotropyRotation": 0.5, "anisotropyTexture": texture,
+        },
+        "KHR_materials_diffuse_roughness": {
+            "diffuseRoughnessFactor": 0.75, "diffuseRoughnessTexture": texture,
+        },
+        "KHR_materials_sheen": {
+            "sheenColorFactor": [0.9, 0.6, 0.3], "sheenColorTexture": texture,
+            "sheenRoughnessFactor": 0.4, "sheenRoughnessTexture": texture,
+        },
+        "KHR_materials_clearcoat": {
+            "clearcoatFactor": 0.7, "clearcoatTexture": texture,
+            "clearcoatRoughnessFactor": 0.2, "clearcoatRoughnessTexture": texture,
+            "clearcoatNormalTexture": {"index": 0, "scale": 0.6, "extensions": transform},
+        },
+    }})
+}
+
+#[test]
+fn layers_carry_every_factor_texture_and_channel() {
+    let document = Document::square()
+        .with_texture(&png(1, 1, &[[204, 230, 191, 51]]))
+        .with_material(&layered());
+    let scene = document.scene();
+    assert!(scene.warnings.is_empty(), "{:?}", scene.warnings);
+    let material = &scene.materials[0];
+    let factors = [
+        material.specular,
+        material.ior,
+        material.anisotropy_strength,
+        material.anisotropy_rotation,
+        material.diffuse_roughness,
+        material.sheen_perceptual_roughness,
+        material.clearcoat,
+        material.clearcoat_perceptual_roughness,
+        material.clearcoat_normal_scale,
+    ];
+    assert_eq!(factors, [0.5, 1.8, 0.8, 0.5, 0.75, 0.4, 0.7, 0.2, 0.6]);
+    assert_eq!(material.specular_color, Vec3::new(2.0, 1.0, 0.5));
+    assert_eq!(material.sheen_color, Vec3::new(0.9, 0.6, 0.3));
+    // One texture read as data and as colour.
+    assert_eq!(scene.textures.len(), 2);
+    let data = [
+        material.specular_texture,
+        material.anisotropy_texture,
+        material.diffuse_roughness_texture,
+        material.sheen_roughness_texture,
+        material.clearcoat_texture,
+        material.clearcoat_roughness_texture,
+        material.clearcoat_normal_texture,
+    ];
+    let colors = [
+        material.specular_color_texture,
+        material.sheen_color_texture,
+    ];
+    let transform = TextureTransform::new(Vec2::new(0.5, 0.25), 0.0, Vec2::ONE);
+    for (references, texel) in [(&data[..], 230.0 / 255.0), (&colors[..], 0.7912979)] {
+        for reference in references.iter().map(|reference| reference.unwrap()) {
+            assert_eq!(reference.transform, transform);
+            let green = scene.textures[reference.texture].texel(0, 0).y;
+            assert!((green - texel).abs() < 1e-5, "{green}");
+        }
+    }
+
+    let sample = scene.surface(0, 0, Vec2::new(0.3, 0.2), Vec3::new(0.1, 0.2, -1.0));
+    let near = |value: f32, expected: f32| assert!((value - expected).abs() < 1e-6, "{value}");
+    let [r, g, b, a] = [204.0, 230.0, 191.0, 51.0].map(|x: f32| x / 255.0);
+    near(sample.specular, 0.5 * a);
+    near(sample.ior, 1.8);
+    near(sample.anisotropy_strength, 0.8 * b);
+    near(sample.diffuse_roughness, 0.75 * r);
+    near(sample.sheen_perceptual_roughness, 0.4 * a);
+    near(sample.clearcoat, 0.7 * r);
+    near(sample.clearcoat_perceptual_roughness, 0.2 * g);
+    near(sample.specular_color.y, 0.7912979);
+    near(sample.sheen_color.y, 0.6 * 0.7912979);
+    // The square's texture coordinates run along X, its bitangent along Y.
+    let direction = Vec2::from_angle(0.5).rotate(Vec2::new(2.0 * r - 1.0, 2.0 * g - 1.0));
+    assert!(sample.tangent.truncate().distance(direction.normalize()) < 1e-6);
+    assert_eq!(sample.shading_normal, Vec3::Z);
+    let tilted = Vec3::new(0.6 * (2.0 * r - 1.0), 0.6 * (2.0 * g - 1.0), 2.0 * b - 1.0);
+    assert!(sample.clearcoat_normal.distance(tilted.normalize()) < 1e-5);
+}
+
+#[test]
+fn layers_default_to_none() {
+    let extensions = [
+        "specular",
+        "ior",
+        "anisotropy",
+        "sheen",
+        "clearcoat",
+        "diffuse_roughness",
+    ];
+    let empty = extensions.map(|name| (format!("KHR_materials_{name}"), json!({})));
+    let empty = serde_json::Map::from_iter(empty);
+    let scene = Document::square()
+        .with_material(&json!({"extensions": empty}))
+        .scene();
+    let expected = crate::scene::Material::default();
+    assert_eq!(scene.materials[0], expected);
+}
+
+#[test]
+fn layers_refuse_what_is_no_number_and_bound_the_rest() {
+    let spoilt = |extension: &str, key: &str, value: Value| {
+        let mut material = layered();
+        material["extensions"][format!("KHR_materials_{extension}")][key] = value;
+        Document::square()
+            .with_texture(&png(1, 1, &[[128; 4]]))
+            .with_material(&material)
+    };
+    for (extension, key, value, place) in [
+        ("specular", "specularFactor", json!("1"), ""),
+        ("specular", "specularColorFactor", json!([1, 1]), ""),
+        (
+            "specular",
+            "specularColorFactor",
+            json!([1, 1, 1e39]),
+            "[2]",
+        ),
+        ("specular", "specularColorTexture", json!([]), ""),
+        ("specular", "specularTexture", json!({"index": 5}), ""),
+        ("ior", "ior", json!(null), ""),
+        ("anisotropy", "anisotropyRotation", json!(1e300), ""),
+        (
+            "anisotropy",
+            "anisotropyTexture",
+            json!({"texCoord": 0}),
+            "",
+        ),
+        ("diffuse_roughness", "diffuseRoughnessFactor", json!({}), ""),
+        ("sheen", "sheenColorFactor", json!(0.5), ""),
+        (
+            "sheen",
+            "sheenRoughnessTexture",
+            json!({"index": -1}),
+            ".index",
+        ),
+        (
+            "clearcoat",
+            "clearcoatNormalTexture",
+            json!({"index": 0, "scale": "big"}),
+            ".scale",
+        ),
+        (
+            "clearcoat",
+            "clearcoatTexture",
+            json!({"index": 0, "extensions": {"KHR_texture_transform": {"scale": 2}}}),
+            ".extensions.KHR_texture_transform.scale",
+        ),
+    ] {
+        let error = spoilt(extension, key, value).error();
+        let expected = format!("materials[0].extensions.KHR_materials_{extension}.{key}{place}");
+        assert_eq!(error.place, expected, "{error}");
+        assert!(!error.mend.is_empty());
+    }
+    let mut document = Document::square();
+    document = document.with_material(&json!({"extensions": {"KHR_materials_sheen": 3}}));
+    assert_eq!(
+        document.error().place,
+        "materials[0].extensions.KHR_materials_sheen"
+    );
+
+    let bounded = |extension, key, value| spoilt(extension, key, value).scene();
+    let scene = bounded("clearcoat", "clearcoatFactor", json!(7));
+    assert_eq!(scene.materials[0].clearcoat, 1.0);
+    let scene = bounded("sheen", "sheenColorFactor", json!([-1, 2, 0.5]));
+    assert_eq!(scene.materials[0].sheen_color, Vec3::new(0.0, 1.0, 0.5));
+    let scene = bounded("ior", "ior", json!(0));
+    assert!(scene.materials[0].ior == 0.0 && scene.warnings.is_empty());
+    let scene = bounded("ior", "ior", json!(0.5));
+    assert_eq!(scene.materials[0].ior, 1.0);
+    assert_eq!(scene.warnings.len(), 1);
+
+    let mut unlit = layered();
+    unlit["extensions"]["KHR_materials_unlit"] = json!({});
+    let scene = Document::square()
+        .with_texture(&png(1, 1, &[[128; 4]]))
+        .with_material(&unlit)
+        .scene();
+    assert!(scene.warnings[0].contains("unlit") && scene.warnings[0].contains("sheen"));
+}
+
+#[test]
+fn anisotropy_finds_a_tangent() {
+    let tangent = |document: &Document| {
+        let scene = document.scene();
+        let sample = scene.surface(0, 0, Vec2::new(0.3, 0.2), Vec3::new(0.1, 0.2, -1.0));
+        assert!(sample.tangent.is_normalized());
+        assert!(sample.tangent.dot(sample.shading_normal).abs() < 1e-6);
+        sample.tangent
+    };
+    let turned =
+        json!({"anisotropyStrength": 1, "anisotropyRotation": std::f32::consts::FRAC_PI_2});
+    let mut document = Document::square()
+        .with_material(&json!({"extensions": {"KHR_materials_anisotropy": turned}}));
+    assert!(tangent(&document).distance(Vec3::Y) < 1e-6);
+    // The file's tangents go first.
+    let normal = document.floats("VEC3", &[[0., 0., 1.]; 4].concat());
+    let along_y = document.floats("VEC4", &[[0., 1., 0., 1.]; 4].concat());
+    let attributes = &mut document.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["NORMAL"] = json!(normal);
+    attributes["TANGENT"] = json!(along_y);
+    assert!(tangent(&document).distance(Vec3::NEG_X) < 1e-6);
+    // Neither tangents nor texture coordinates: any direction, always the same.
+    let attributes = &mut document.json["meshes"][0]["primitives"][0]["attributes"];
+    let attributes = attributes.as_object_mut().unwrap();
+    attributes.remove("TANGENT");
+    attributes.remove("TEXCOORD_0");
+    assert_eq!(tangent(&document), tangent(&document));
+}
+
 /// The example of the extension's own text: the lower left quadrant, turned clockwise.
 #[test]
 fn texture_transform_is_the_extensions() {
@@ -549,7 +772,8 @@ fn cameras_and_lights_stand_where_their_nodes_do() {
 #[test]
 fn what_is_not_done_is_reported_once_or_refused() {
     let mut document = Document::square().with_material(&json!({"alphaMode": "BLEND"}));
-    document.json["extensionsUsed"] = json!(["KHR_materials_clearcoat", "KHR_texture_transform"]);
+    document.json["extensionsUsed"] =
+        json!(["KHR_materials_transmission", "KHR_materials_clearcoat"]);
     document.json["animations"] = json!([{"channels": [], "samplers": []}]);
     document.json["nodes"] = json!([
         {"mesh": 0, "skin": 0, "children": [1]}, {"mesh": 0, "skin": 0},
@@ -558,7 +782,7 @@ fn what_is_not_done_is_reported_once_or_refused() {
     assert_eq!(
         document.scene().warnings,
         [
-            "KHR_materials_clearcoat is not supported and is ignored",
+            "KHR_materials_transmission is not supported and is ignored",
             "animations are not played: the scene is drawn as it stands",
             "skins are not applied: meshes are drawn in their bind pose",
             "morph targets are not applied",
@@ -832,6 +1056,7 @@ fn rich() -> Document {
         "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
         "normalTexture": {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 2]}}},
         "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}, "alphaMode": "MASK",
+        "extensions": layered()["extensions"],
     }));
     let indices = document.view(&[1]);
     let values = document.view(&[0; 12]);
@@ -869,6 +1094,8 @@ fn survive(bytes: &[u8]) {
             for t in 0..mesh.triangles.len().min(100) {
                 let sample = scene.surface(m, t, Vec2::splat(0.3), Vec3::new(0.1, -0.2, -1.0));
                 assert!(sample.shading_normal.is_finite() && sample.base_color.is_finite());
+                assert!(sample.clearcoat_normal.is_finite() && sample.tangent.is_finite());
+                assert!(sample.specular_color.is_finite() && sample.sheen_color.is_finite());
             }
         }
         for light in &scene.polygon_lights {

@@ -1,0 +1,82 @@
+//! Numbers in the order SIMD lanes want them.
+
+use fearless_simd::Simd;
+use lumigon::{Lanes, Vec3};
+
+/// Most lanes a processor has: lists are padded to a multiple, so that the last packet is full.
+const PADDING: usize = 16;
+
+/// Lobes of one kind: `N` numbers of each, one list a number, and the weights `W` of what comes of
+/// them.
+pub(super) struct Batch<const N: usize, W> {
+    /// Which hit each entry is of, and its weights.
+    entries: Vec<(u32, W)>,
+    lists: [Vec<f32>; N],
+}
+
+impl<const N: usize, W> Default for Batch<N, W> {
+    fn default() -> Self {
+        Self {
+            entries: Vec::new(),
+            lists: std::array::from_fn(|_| Vec::new()),
+        }
+    }
+}
+
+impl<const N: usize, W: Copy> Batch<N, W> {
+    pub(super) fn push(&mut self, hit: u32, weights: W, numbers: [f32; N]) {
+        self.entries.push((hit, weights));
+        for (list, number) in self.lists.iter_mut().zip(numbers) {
+            list.push(number);
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    pub(super) fn entries(&self) -> &[(u32, W)] {
+        &self.entries
+    }
+
+    /// Fills the last packet with repetitions of the last entry.
+    pub(super) fn pad(&mut self) {
+        let length = self.entries.len().next_multiple_of(PADDING);
+        for list in &mut self.lists {
+            if let Some(&last) = list.last() {
+                list.resize(length, last);
+            }
+        }
+    }
+
+    /// Sums over lights for each entry, by channel, all dark. With room for whole packets.
+    pub(super) fn dark(&self) -> [Vec<f32>; 3] {
+        let length = self.entries.len().next_multiple_of(PADDING);
+        std::array::from_fn(|_| vec![0.0; length])
+    }
+
+    /// Calls `each` with the first index of every packet.
+    #[inline(always)]
+    pub(super) fn for_each_packet<S: Simd>(&self, mut each: impl FnMut(usize)) {
+        let mut start = 0;
+        while start < self.entries.len() {
+            each(start);
+            start += Lanes::<S>::COUNT;
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn lanes<S: Simd>(&self, simd: S, list: usize, start: usize) -> Lanes<S> {
+        Lanes::from_slice(simd, &self.lists[list][start..])
+    }
+
+    /// A vector whose coordinates are this list and the next two.
+    #[inline(always)]
+    pub(super) fn vectors<S: Simd>(&self, simd: S, list: usize, start: usize) -> Vec3<Lanes<S>> {
+        Vec3::new(
+            self.lanes(simd, list, start),
+            self.lanes(simd, list + 1, start),
+            self.lanes(simd, list + 2, start),
+        )
+    }
+}

@@ -1,0 +1,274 @@
+//! Every layer of a material: closed forms against the path tracer, and what a white furnace shows.
+
+use glam::{Vec3, Vec4};
+use lumigon_renderer::{
+    CpuRenderer, EmissivePolygon, Material, PunctualKind, PunctualLight, ReferenceSettings,
+    RenderSettings, Rendering, Scene, Watch,
+};
+
+/// Five spheres, all of this material, under the file's own square light.
+fn spheres(material: &Material) -> Scene {
+    let path = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../../scenes/check/spheres.glb"
+    );
+    let mut scene = Scene::load(path).unwrap();
+    for of_scene in scene.materials.iter_mut().filter(|m| !m.is_emissive()) {
+        *of_scene = material.clone();
+    }
+    scene
+}
+
+/// One material for each layer, and one of all.
+fn layers() -> Vec<(&'static str, Material)> {
+    let base = Material {
+        base_color: Vec4::new(0.7, 0.4, 0.2, 1.0),
+        metallic: 0.0,
+        perceptual_roughness: 0.5,
+        ..Material::default()
+    };
+    let specular = Material {
+        specular: 0.8,
+        specular_color: Vec3::new(0.5, 1.0, 9.0),
+        ior: 2.0,
+        ..base.clone()
+    };
+    let anisotropic = Material {
+        metallic: 1.0,
+        anisotropy_strength: 0.7,
+        anisotropy_rotation: 0.4,
+        ..base.clone()
+    };
+    let rough = Material {
+        diffuse_roughness: 1.0,
+        ..base.clone()
+    };
+    let sheen = Material {
+        sheen_color: Vec3::new(0.9, 0.5, 0.3),
+        sheen_perceptual_roughness: 0.5,
+        ..base.clone()
+    };
+    let clearcoat = Material {
+        metallic: 1.0,
+        clearcoat: 0.9,
+        clearcoat_perceptual_roughness: 0.3,
+        ..base.clone()
+    };
+    let all = Material {
+        metallic: 0.4,
+        anisotropy_strength: 0.5,
+        diffuse_roughness: 0.5,
+        sheen_color: Vec3::new(0.2, 0.4, 0.3),
+        sheen_perceptual_roughness: 0.7,
+        clearcoat: 0.6,
+        clearcoat_perceptual_roughness: 0.2,
+        ..specular.clone()
+    };
+    vec![
+        ("base", base),
+        ("specular and ior", specular),
+        ("anisotropy", anisotropic),
+        ("diffuse roughness", rough),
+        ("sheen", sheen),
+        ("clearcoat", clearcoat),
+        ("all", all),
+    ]
+}
+
+fn settings() -> RenderSettings {
+    RenderSettings {
+        width: 96,
+        height: 60,
+        samples: 1,
+        ..RenderSettings::default()
+    }
+}
+
+fn rendered(scene: &Scene) -> Rendering {
+    let renderer = CpuRenderer::new(scene);
+    assert!(renderer.warnings().is_empty());
+    let camera = &scene.cameras[0];
+    renderer.render(camera, &settings(), Watch::none()).unwrap()
+}
+
+fn traced(scene: &Scene, paths: u32) -> lumigon_renderer::ReferenceRendering {
+    let RenderSettings {
+        width,
+        height,
+        samples,
+        ..
+    } = settings();
+    let reference = ReferenceSettings {
+        width,
+        height,
+        samples,
+        paths,
+        bounces: 1,
+        shadows: false,
+        seed: 3,
+    };
+    let renderer = CpuRenderer::new(scene);
+    let camera = &scene.cameras[0];
+    renderer
+        .reference(camera, &reference, Watch::none())
+        .unwrap()
+}
+
+/// Lights without extent leave the path tracer nothing to chance: only the directional albedos of
+/// the layering differ, which one side fits and the other integrates.
+#[test]
+fn brdfs_and_layering_are_the_path_tracers() {
+    for (name, material) in layers() {
+        let mut scene = spheres(&material);
+        scene.polygon_lights.clear();
+        for position in [[-3.0, 2.0, 3.0], [0.5, 4.0, -1.0], [2.0, -1.0, 2.0]] {
+            scene.punctual_lights.push(PunctualLight {
+                name: String::new(),
+                kind: PunctualKind::Point,
+                position: position.into(),
+                direction: Vec3::NEG_Y,
+                color: Vec3::new(30.0, 20.0, 10.0),
+                range: None,
+            });
+        }
+        let closed = rendered(&scene);
+        let reference = traced(&scene, 2).mean;
+        let mut worst = [0.0_f32; 2];
+        for (channel, (got, want)) in [
+            (&closed.diffuse, &reference.diffuse),
+            (&closed.specular, &reference.specular),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            assert!(want.iter().any(|x| x[1] > 0.0) || name == "anisotropy" || name == "clearcoat");
+            for (got, want) in got.iter().flatten().zip(want.iter().flatten()) {
+                // Beside the relative error: the spheres' lights give radiances of about 1.
+                let error = (got - want).abs() / (want + 0.02);
+                worst[channel] = worst[channel].max(error);
+            }
+        }
+        println!("{name}: {worst:?}");
+        assert!(worst[0] < 0.09 && worst[1] < 1e-3, "{name}: {worst:?}");
+    }
+}
+
+/// The closed forms' RMS error over the mean, and the error of the mean, beyond the reference's
+/// noise, by channel: diffuse and specular.
+fn errors(scene: &Scene) -> [[f64; 2]; 2] {
+    let closed = rendered(scene);
+    let reference = traced(scene, 256);
+    [
+        (
+            &closed.diffuse,
+            &reference.mean.diffuse,
+            &reference.diffuse_error,
+        ),
+        (
+            &closed.specular,
+            &reference.mean.specular,
+            &reference.specular_error,
+        ),
+    ]
+    .map(|(got, want, error)| {
+        let (mut squares, mut deviation, mut sum, mut count) = (0.0, 0.0, 0.0, 0);
+        for ((got, want), error) in got.iter().zip(want).zip(error) {
+            for channel in 0..3 {
+                let [got, want, error] = [got, want, error].map(|x| f64::from(x[channel]));
+                if want > 0.0 || got > 0.0 {
+                    squares += (got - want).powi(2) - error.powi(2);
+                    deviation += got - want;
+                    sum += want;
+                    count += 1;
+                }
+            }
+        }
+        if sum == 0.0 {
+            return [0.0; 2];
+        }
+        let rms = (squares / f64::from(count)).max(0.0).sqrt();
+        [rms * f64::from(count) / sum, deviation / sum]
+    })
+}
+
+#[test]
+fn polygons_on_every_layer_are_near_the_path_tracer() {
+    for (name, material) in layers() {
+        let [diffuse, specular] = errors(&spheres(&material));
+        println!("{name}: diffuse {diffuse:.4?}, specular {specular:.4?}");
+        let (diffuse_bounds, specular_bounds) = match name {
+            "base" => ([0.02, 0.01], [0.6, 0.2]),
+            "specular and ior" => ([0.02, 0.01], [0.1, 0.01]),
+            "anisotropy" => ([0.0, 0.0], [0.8, 0.1]),
+            "diffuse roughness" => ([0.3, 0.15], [0.6, 0.2]),
+            "sheen" => ([0.02, 0.01], [0.7, 0.15]),
+            "clearcoat" => ([0.0, 0.0], [0.1, 0.01]),
+            _ => ([0.2, 0.12], [0.4, 0.1]),
+        };
+        for (error, bounds) in [(diffuse, diffuse_bounds), (specular, specular_bounds)] {
+            assert!(error[0] <= bounds[0], "{name}: RMS {error:?}");
+            assert!(error[1].abs() <= bounds[1], "{name}: mean {error:?}");
+        }
+    }
+}
+
+/// White walls of radiance 1 all around: no surface shows more than 1.
+#[test]
+fn furnace_is_not_exceeded() {
+    for (name, material) in layers() {
+        let white = Material {
+            base_color: Vec4::ONE,
+            specular_color: Vec3::ONE,
+            sheen_color: if material.sheen_color == Vec3::ZERO {
+                Vec3::ZERO
+            } else {
+                Vec3::ONE
+            },
+            ..material
+        };
+        let mut scene = spheres(&white);
+        scene.polygon_lights = walls();
+        let closed = rendered(&scene);
+        let (mut least, mut greatest) = (f32::INFINITY, 0.0_f32);
+        for (diffuse, specular) in closed.diffuse.iter().zip(&closed.specular) {
+            let shown = diffuse[1] + specular[1];
+            if shown > 0.0 {
+                least = least.min(shown);
+                greatest = greatest.max(shown);
+            }
+        }
+        println!("{name}: {least} to {greatest}");
+        assert!(greatest < 1.01, "{name}: {greatest}");
+        assert!(least > 0.4, "{name}: {least}");
+    }
+}
+
+/// A cube of inward facing squares.
+fn walls() -> Vec<EmissivePolygon> {
+    let corner = |axis: usize, side: f64, u: f64, v: f64| {
+        let mut p = [0.0; 3];
+        p[axis] = side;
+        p[(axis + 1) % 3] = u;
+        p[(axis + 2) % 3] = v;
+        p.map(|x| 50.0 * x)
+    };
+    (0..6)
+        .map(|k| {
+            let (axis, side) = (k / 2, if k % 2 == 0 { 1.0 } else { -1.0 });
+            // Counter-clockwise seen from inside.
+            let turn = [(-side, -1.0), (-side, 1.0), (side, 1.0), (side, -1.0)];
+            EmissivePolygon {
+                name: format!("wall {k}"),
+                loops: vec![
+                    turn.iter()
+                        .map(|&(u, v)| corner(axis, side, u, v))
+                        .collect(),
+                ],
+                radiance: Vec3::ONE,
+                two_sided: false,
+                mesh: 0,
+                triangles: Vec::new(),
+            }
+        })
+        .collect()
+}
