@@ -43,7 +43,7 @@ impl Objective for Density {
             view: node.view,
             secondary_albedo: node.secondary_albedo,
             // Dimensionless: errors count relative to the lobe's peak density.
-            scale: node.limit.scale * node.limit.scale,
+            scale: node.limit.turn * node.limit.turn,
         })
     }
 }

@@ -139,22 +139,46 @@ impl Problem {
         residuals.iter().map(|r| r * r).sum()
     }
 
-    /// Without a neighbour to start from: one lobe from the limit, two from that one, a narrower
-    /// and a wider.
-    fn first(&self, settings: &Settings) -> (Lobes, f64) {
+    /// A first fit, near the texel's before it where there is one.
+    fn march(&self, settings: &Settings, previous: Option<&Lobes>) -> Lobes {
+        match previous {
+            Some(start) => self.fit(settings, start, Some((start, settings.smoothing))).0,
+            None => self.first(settings),
+        }
+    }
+
+    /// Without a neighbour to start from: one lobe from the limit; two from that one, the best of
+    /// many ways to split it.
+    fn first(&self, settings: &Settings) -> Lobes {
         let limit = Coordinates::limit(&self.node.limit, self.node.albedo);
         let one = self.fit(settings, &[limit], None);
         if settings.lobes == 1 {
-            return one;
+            return one.0;
         }
-        let (mut narrow, mut wide) = (one.0[0], one.0[0]);
-        for i in [0, 2] {
-            narrow.0[i] -= 0.3;
-            wide.0[i] += 0.6;
+        let split = |narrower: f64, wider: f64, turned: f64, share: f64| {
+            let (mut a, mut b) = (one.0[0], one.0[0]);
+            for i in [0, 2] {
+                a.0[i] -= narrower;
+                b.0[i] += wider;
+            }
+            a.0[5] -= turned;
+            b.0[5] += turned;
+            a.0[7] += share.ln();
+            b.0[7] += (1.0 - share).ln();
+            self.fit(settings, &[a, b], None)
+        };
+        let mut best = (one.0.clone(), f64::INFINITY);
+        for (narrower, wider) in [(0.3, 0.6), (0.2, 0.0)] {
+            for turned in [-0.5, 0.0, 0.5] {
+                for share in [0.3, 0.7] {
+                    let found = split(narrower, wider, turned, share);
+                    if found.1 < best.1 {
+                        best = found;
+                    }
+                }
+            }
         }
-        narrow.0[7] += 0.7_f64.ln();
-        wide.0[7] += 0.3_f64.ln();
-        self.fit(settings, &[narrow, wide], None)
+        best.0
     }
 
     /// One step of a sweep: starts at the texel's own and at a neighbour's coordinates.
@@ -192,6 +216,7 @@ impl Problem {
         // from the neighbours' line.
         let nearest = pairs
             .into_iter()
+            .filter(|_| settings.lobes == 1)
             .flatten()
             .flatten()
             .map(|lobes| (self.cost(settings, &lobes), lobes))
@@ -199,8 +224,7 @@ impl Problem {
             .map(|(_, lobes)| lobes);
         let target = pull.as_deref().map(|target| (target, smoothing));
         let mut best = self.fit(settings, own, target);
-        let swapped = (own.len() == 2).then(|| vec![own[1], own[0]]);
-        for start in [nearest, pull.clone(), swapped].into_iter().flatten() {
+        for start in [nearest, pull.clone()].into_iter().flatten() {
             let (lobes, cost) = self.fit(settings, &start, target);
             // Two basins of about the same cost, taken in turns by neighbouring texels, would be
             // far worse between the texels than either: the pull decides.
@@ -312,30 +336,31 @@ impl Fit {
             false => Ok(()),
         };
 
-        // March: each column on its own, from normal to grazing view.
+        // The march: every texel starts where the one before it ended.
+        let step = |index: usize, previous: Option<&Lobes>| {
+            if let Some(known) = self.lock().get(index) {
+                return Ok(known);
+            }
+            go_on()?;
+            let lobes = problem(index).march(settings, previous);
+            finish(index, &lobes);
+            Ok(lobes)
+        };
         if self.lock().pass() == 0 {
-            grid.columns().into_par_iter().try_for_each(|column| {
-                let mut previous: Option<Lobes> = None;
-                for index in column {
-                    if let Some(known) = self.lock().get(index) {
-                        previous = Some(known);
-                        continue;
-                    }
-                    go_on()?;
-                    let problem = problem(index);
-                    let mut best = problem.first(settings);
-                    if let Some(start) = &previous {
-                        let (lobes, cost) = problem.fit(settings, start, Some((start, settings.smoothing)));
-                        // Like its neighbour unless another start is much better.
-                        if 0.5 * cost < best.1 + ACCURATE {
-                            best = (lobes, cost);
+            // All go out from one texel: lobes may share their work in several ways, and from
+            // everywhere at once the ways would meet in seams. Along one axis after the other,
+            // every line on its own, from where it crosses the line before.
+            for lines in grid.lines_from_seed() {
+                lines.into_par_iter().try_for_each(|[up, down]| {
+                    for way in [up, down] {
+                        let mut previous: Option<Lobes> = None;
+                        for index in way {
+                            previous = Some(step(index, previous.as_ref())?);
                         }
                     }
-                    finish(index, &best.0);
-                    previous = Some(best.0);
-                }
-                Ok(())
-            })?;
+                    Ok::<_, FitError>(())
+                })?;
+            }
             self.lock().next_pass();
         }
 

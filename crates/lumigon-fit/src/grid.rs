@@ -52,13 +52,41 @@ impl Grid {
             .collect()
     }
 
-    /// All nodes as columns along the view axis, from normal to grazing view.
-    pub(crate) fn columns(&self) -> Vec<Vec<usize>> {
+    /// All nodes as lines that go out from one of them, the seed: first along the first axis, then
+    /// along every other from all nodes that have been reached, the view axis last. A line is two
+    /// ways, up and down the axis, and both begin with the node that has been reached.
+    pub(crate) fn lines_from_seed(&self) -> Vec<Vec<[Vec<usize>; 2]>> {
         let view = self.brdf.view_axis();
-        let stride: usize = self.sizes[..view].iter().product();
-        (0..self.count())
-            .filter(|index| (index / stride).is_multiple_of(self.sizes[view]))
-            .map(|first| (0..self.sizes[view]).map(|i| first + i * stride).collect())
+        let mut order: Vec<usize> = (0..self.sizes.len()).filter(|&axis| axis != view).collect();
+        order.push(view);
+        // Broad lobes at a slanted view, where every coordinate matters.
+        let seed: Vec<usize> = self
+            .sizes
+            .iter()
+            .enumerate()
+            .map(|(axis, &size)| if axis == view { size * 2 / 5 } else { size * 3 / 5 })
+            .collect();
+        let mut reached = vec![self.index(&seed).unwrap_or(0)];
+        order
+            .into_iter()
+            .map(|axis| {
+                let stride: usize = self.sizes[..axis].iter().product();
+                let (size, at) = (self.sizes[axis], seed[axis]);
+                let lines: Vec<[Vec<usize>; 2]> = reached
+                    .iter()
+                    .map(|&start| {
+                        let first = start - at * stride;
+                        let up = (at..size).map(|i| first + i * stride).collect();
+                        let down = (0..=at).rev().map(|i| first + i * stride).collect();
+                        [up, down]
+                    })
+                    .collect();
+                reached = lines
+                    .iter()
+                    .flat_map(|[up, down]| up.iter().chain(&down[1..]).copied())
+                    .collect();
+                lines
+            })
             .collect()
     }
 
@@ -134,7 +162,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn positions_indices_and_columns() {
+    fn positions_indices_and_lines() {
         let grid = Grid::new(&Settings {
             brdf: BrdfKind::GgxAnisotropic,
             size: 6,
@@ -145,13 +173,17 @@ mod tests {
             assert_eq!(grid.index(&grid.position(index)), Some(index));
         }
         assert_eq!(grid.index(&[0, 3, 0, 0]), None);
-        let columns = grid.columns();
-        assert_eq!(columns.len(), 6 * 3 * 3);
-        let mut seen: Vec<usize> = columns.concat();
+        let stages = grid.lines_from_seed();
+        let mut seen = vec![stages[0][0][0][0]];
+        for lines in stages {
+            for [up, down] in lines {
+                // Both ways begin with a node of the stage before.
+                assert!(seen.contains(&up[0]) && up[0] == down[0]);
+                seen.extend(up[1..].iter().chain(&down[1..]));
+            }
+        }
         seen.sort_unstable();
         assert!(seen.iter().copied().eq(0..grid.count()));
-        let second = grid.position(columns[7][1]);
-        assert_eq!(second[2], 1);
         assert_eq!(grid.around(0).len(), 5);
     }
 }

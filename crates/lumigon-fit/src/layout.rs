@@ -4,9 +4,9 @@ use crate::{limit::Limit, ltc::Ltc, settings::Settings};
 
 /// How a texel's numbers make lobes, and back.
 ///
-/// Matrices are stored in *peak space* (`shading_to_cosine = K * shading_to_peak` with the BRDF's
-/// [`Limit`]) and with the limit's scale taken out of their third column and row: what is left is
-/// smooth down to a mirror, where the matrix itself would need ever finer tables.
+/// Matrices are stored from the [`Limit`]'s unit space on, `shading_to_cosine = K shading_to_unit`:
+/// what is left is smooth down to a mirror and to the sharpest anisotropy, where the matrix itself
+/// would need ever finer tables.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
     lobes: usize,
@@ -62,21 +62,19 @@ impl Layout {
     /// How a texel's numbers make a matrix, in words.
     pub fn normalisation(&self) -> &'static str {
         if self.isotropic {
-            "shading_to_cosine = K * shading_to_peak, K = [[k11, 0, s k13], [0, 1, 0], [s k31, 0, s k33]] row by row: divided by its MIDDLE element (row 2, column 2), not by the last"
+            "shading_to_cosine = K shading_to_unit, K = [[k11, 0, k13], [0, 1, 0], [k31, 0, k33]] row by row: divided by its MIDDLE element (row 2, column 2), not by the last"
         } else {
-            "shading_to_cosine = K * shading_to_peak, K = [[k11, k12, s k13], [k12, 2 - k11, s k23], [s k31, s k32, s k33]] row by row: turned about the cosine's axis until the upper block is symmetric, divided by half that block's trace"
+            "shading_to_cosine = K shading_to_unit, K = [[k11, k12, k13], [k12, 2 - k11, k23], [k31, k32, k33]] row by row: turned about the cosine's axis until the upper block is symmetric, divided by half that block's trace"
         }
     }
 
     pub(crate) fn pack(&self, limit: &Limit, lobes: &[Ltc]) -> Vec<f32> {
         let mut numbers = Vec::new();
         for lobe in &lobes[..self.lobes] {
-            let k = lobe.shading_to_cosine * limit.shading_to_peak.transpose();
+            let k = lobe.shading_to_cosine * limit.shading_to_unit.inverse();
             let (x, y, z) = (k.x_axis, k.y_axis, k.z_axis);
-            let s = limit.scale;
             if self.isotropic {
-                let middle = y.y;
-                numbers.extend([x.x, z.x / s, x.z / s, z.z / s].map(|entry| entry / middle));
+                numbers.extend([x.x, z.x, x.z, z.z].map(|entry| entry / y.y));
             } else {
                 // Turned about the cosine's axis until the upper block is symmetric.
                 let (sin, cos) = (x.y - y.x).atan2(x.x + y.y).sin_cos();
@@ -86,10 +84,8 @@ impl Layout {
                 let k13 = cos * z.x + sin * z.y;
                 let k23 = cos * z.y - sin * z.x;
                 let half_trace = 0.5 * (k11 + k22);
-                numbers.extend(
-                    [k11, k12, k13 / s, k23 / s, x.z / s, y.z / s, z.z / s]
-                        .map(|entry| entry / half_trace),
-                );
+                numbers
+                    .extend([k11, k12, k13, k23, x.z, y.z, z.z].map(|entry| entry / half_trace));
             }
         }
         for lobe in lobes {
@@ -101,30 +97,19 @@ impl Layout {
 
     pub(crate) fn unpack(&self, limit: &Limit, numbers: &[f64]) -> Vec<Ltc> {
         let entries = if self.isotropic { 4 } else { 7 };
-        let s = limit.scale;
         let mut lobes: Vec<Ltc> = numbers
             .chunks(entries)
             .take(self.lobes)
             .map(|n| {
                 let rows = if self.isotropic {
-                    [n[0], 0.0, s * n[1], 0.0, 1.0, 0.0, s * n[2], 0.0, s * n[3]]
+                    [n[0], 0.0, n[1], 0.0, 1.0, 0.0, n[2], 0.0, n[3]]
                 } else {
                     let [k11, k12, k13, k23, k31, k32, k33] = std::array::from_fn(|i| n[i]);
-                    [
-                        k11,
-                        k12,
-                        s * k13,
-                        k12,
-                        2.0 - k11,
-                        s * k23,
-                        s * k31,
-                        s * k32,
-                        s * k33,
-                    ]
+                    [k11, k12, k13, k12, 2.0 - k11, k23, k31, k32, k33]
                 };
+                let k = DMat3::from_cols_array(&rows).transpose();
                 Ltc {
-                    shading_to_cosine: DMat3::from_cols_array(&rows).transpose()
-                        * limit.shading_to_peak,
+                    shading_to_cosine: k * limit.shading_to_unit,
                     amplitude: 0.0,
                     secondary: 0.0,
                 }

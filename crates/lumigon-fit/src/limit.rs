@@ -17,8 +17,10 @@ pub struct Limit {
     pub tilt: f64,
     /// Tilt of the limit lobe, in those units.
     pub limit_tilt: DVec2,
-    /// How the third column and row of a table's matrices scale with the width of the lobe.
-    pub scale: f64,
+    /// Shading space to *unit space*, peak space stretched until the microfacets' widths are 1 both
+    /// ways: what a table's matrices start from. The cosine of the view angle stays in them: at
+    /// grazing views the lobe's width no longer goes with it.
+    pub shading_to_unit: DMat3,
 }
 
 impl Limit {
@@ -30,7 +32,7 @@ impl Limit {
             turn: 1.0,
             tilt: 1.0,
             limit_tilt: DVec2::ZERO,
-            scale: 1.0,
+            shading_to_unit: DMat3::IDENTITY,
         }
     }
 
@@ -63,13 +65,15 @@ impl Limit {
             j[1] * (j[0] * x + j[2] * y),
             j[1] * j[1] * x + j[2] * j[2] * y,
         ];
+        let shading_to_peak = turn(-theta * azimuth);
+        let peak_to_unit = DMat3::from_diagonal(DVec3::new(1.0 / ax, 1.0 / ay, 1.0));
         Self {
-            shading_to_peak: turn(-theta * azimuth),
+            shading_to_peak,
             ln_width: symmetric::ln(covariance).map(|x| 0.5 * x),
             turn: 2.0 * ax * ay / (ax + ay),
             tilt: sine / view.z,
             limit_tilt: azimuth,
-            scale: 2.0 * ax * ay / (ax + ay),
+            shading_to_unit: peak_to_unit * shading_to_peak,
         }
     }
 

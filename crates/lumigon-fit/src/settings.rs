@@ -87,8 +87,7 @@ impl Settings {
         };
         match brdf {
             BrdfKind::Ggx if lobes > 1 => Self {
-                sweeps: 6,
-                smoothing: 0.06,
+                sweeps: 5,
                 ..base
             },
             BrdfKind::Ggx | BrdfKind::Eon => base,

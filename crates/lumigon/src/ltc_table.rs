@@ -353,7 +353,8 @@ impl AnisotropicLtcTable {
 #[inline]
 fn about_mirror([x, y, z]: [f32; 3], view: Vec3<f32>, cosine: f32) -> [f32; 3] {
     let length = Real::sqrt(view.x * view.x + view.y * view.y);
-    if length == 0.0 {
+    // Also where the view is not a number.
+    if !length.is_normal() {
         return [x, y, z];
     }
     let (ux, uy) = (view.x / length, view.y / length);

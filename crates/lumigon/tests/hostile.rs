@@ -375,7 +375,7 @@ fn hostile_normal(placed: &Placed, point: Vector, random: &mut Random) -> Vector
     }
 }
 
-fn hostile_place(placed: &Placed, table: &LtcTable, random: &mut Random) -> Place<f64> {
+fn hostile_place(placed: &Placed, table: &LtcTable<1>, random: &mut Random) -> Place<f64> {
     let point = hostile_point(placed, random);
     let normal = hostile_normal(placed, point, random);
     let view = match random.index(6) {
@@ -400,7 +400,9 @@ fn hostile_place(placed: &Placed, table: &LtcTable, random: &mut Random) -> Plac
         1 => 1.0,
         _ => random.range(0.0, 1.0),
     };
-    let single = table.lookup(perceptual_roughness as f32, normal.dot(view) as f32);
+    let [single] = table
+        .lookup(perceptual_roughness as f32, normal.dot(view) as f32)
+        .lobes;
     Place {
         point,
         normal,

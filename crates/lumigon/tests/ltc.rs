@@ -20,10 +20,10 @@ fn lobe(shading_to_cosine: [f64; 4]) -> Ltc<f64> {
 }
 
 /// From the shipped table, rounded up or down to anything between its nodes.
-fn table_lobe(table: &LtcTable, random: &mut Random) -> Ltc<f64> {
+fn table_lobe(table: &LtcTable<1>, random: &mut Random) -> Ltc<f64> {
     let perceptual_roughness = random.range(0.0, 1.0) as f32;
     let single = table.lookup(perceptual_roughness, random.range(0.0, 1.0) as f32);
-    lobe(single.shading_to_cosine.map(f64::from))
+    lobe(single.lobes[0].shading_to_cosine.map(f64::from))
 }
 
 /// Stretched and sheared anyhow; up to half of it below the horizon.
@@ -166,7 +166,7 @@ fn density_integrates_to_one_over_the_sphere() {
             _ => {
                 let single =
                     table.lookup(random.range(0.5, 1.0) as f32, random.range(0.2, 1.0) as f32);
-                lobe(single.shading_to_cosine.map(f64::from))
+                lobe(single.lobes[0].shading_to_cosine.map(f64::from))
             }
         };
         let mut sum = 0.0;
