@@ -3,59 +3,99 @@
 use std::sync::OnceLock;
 
 use glam::Vec3;
-use lumigon::{Ltc, LtcTable, charlie_cosine};
+use lumigon::{Ltc, LtcTable, charlie_cosine, eon_single_albedo};
 
-/// One BRDF's lobe for one view, in world space.
-#[derive(Clone, Copy, Debug)]
+/// A linearly transformed cosine in world space.
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct FittedLobe {
     /// Rows of the map under which the lobe is the clamped cosine.
     pub(super) world_to_cosine: [Vec3; 3],
-    /// Unit normal of the surface.
-    pub(super) normal: Vec3,
-    /// Response with F = 1, to be multiplied by the form factor.
-    pub(super) amplitude: f32,
-    /// The same weighted by Schlick's (1 - h.v)^5.
-    pub(super) schlick: f32,
-    /// Share of the lobe above the horizon.
-    share: f32,
+    pub(super) amplitudes: Amplitudes,
 }
 
-impl FittedLobe {
-    fn isotropic(ltc: &Ltc<f32>, normal: Vec3, view: Vec3) -> Self {
-        // x leans towards the viewer; any x will do for a view along the normal.
-        let tangent = (view - normal * normal.dot(view))
-            .try_normalize()
-            .unwrap_or_else(|| normal.any_orthonormal_vector());
-        let [m11, m13, m31, m33] = ltc.shading_to_cosine;
-        Self {
-            world_to_cosine: [
-                tangent * m11 + normal * m13,
-                normal.cross(tangent),
-                tangent * m31 + normal * m33,
-            ],
-            normal,
-            amplitude: ltc.amplitude,
-            schlick: ltc.schlick,
-            share: ltc.share_above_horizon(),
-        }
-    }
+/// The responses of one lobe, to be multiplied by its form factor.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Amplitudes {
+    /// With F = 1; for EON, of light scattered once.
+    pub(super) whole: f32,
+    /// The same weighted by Schlick's (1 - h.v)^5; for EON, of light scattered more than once.
+    pub(super) part: f32,
+}
 
-    /// A Lambertian lobe of this albedo.
-    fn cosine(albedo: f32, normal: Vec3, view: Vec3) -> Self {
+impl Amplitudes {
+    fn new(ltc: &Ltc<f32>) -> Self {
         Self {
-            amplitude: albedo,
-            ..Self::isotropic(&Ltc::cosine(1.0), normal, view)
+            whole: ltc.amplitude,
+            part: ltc.schlick,
         }
     }
 
     /// Response where reflectance is `f0` at normal and `f90` at grazing incidence.
     pub(super) fn reflectance(&self, f0: Vec3, f90: Vec3) -> Vec3 {
-        f0 * (self.amplitude - self.schlick) + f90 * self.schlick
+        f0 * (self.whole - self.part) + f90 * self.part
+    }
+}
+
+/// One BRDF for one view: the sum of some lobes and of the cosine about the normal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FittedBrdf {
+    /// Unit normal of the surface.
+    pub(super) normal: Vec3,
+    lobes: [FittedLobe; 2],
+    count: usize,
+    pub(super) cosine: Amplitudes,
+    /// Directional albedos.
+    pub(super) albedos: Amplitudes,
+}
+
+impl FittedBrdf {
+    /// Isotropic lobes, in the frame of the view's azimuth.
+    fn isotropic(lobes: &[Ltc<f32>], cosine: &Ltc<f32>, normal: Vec3, view: Vec3) -> Self {
+        // x leans towards the viewer; any x will do for a view along the normal.
+        let tangent = (view - normal * normal.dot(view))
+            .try_normalize()
+            .unwrap_or_else(|| normal.any_orthonormal_vector());
+        let bitangent = normal.cross(tangent);
+        let mut brdf = Self {
+            normal,
+            lobes: [FittedLobe::default(); 2],
+            count: lobes.len(),
+            cosine: Amplitudes::new(cosine),
+            albedos: Amplitudes::new(cosine),
+        };
+        for (to, ltc) in brdf.lobes.iter_mut().zip(lobes) {
+            let [m11, m13, m31, m33] = ltc.shading_to_cosine;
+            to.world_to_cosine = [
+                tangent * m11 + normal * m13,
+                bitangent,
+                tangent * m31 + normal * m33,
+            ];
+            to.amplitudes = Amplitudes::new(ltc);
+            let share = ltc.share_above_horizon();
+            brdf.albedos.whole += ltc.amplitude * share;
+            brdf.albedos.part += ltc.schlick * share;
+        }
+        brdf
     }
 
-    /// Reflectance towards the view of light from everywhere.
-    pub(super) fn albedo(&self, f0: Vec3, f90: Vec3) -> Vec3 {
-        self.reflectance(f0, f90) * self.share
+    /// A Lambertian BRDF of this albedo.
+    fn lambertian(albedo: f32, normal: Vec3) -> Self {
+        let amplitudes = Amplitudes {
+            whole: albedo,
+            part: 0.0,
+        };
+        Self {
+            normal,
+            lobes: [FittedLobe::default(); 2],
+            count: 0,
+            cosine: amplitudes,
+            albedos: amplitudes,
+        }
+    }
+
+    /// All but the cosine.
+    pub(super) fn lobes(&self) -> &[FittedLobe] {
+        &self.lobes[..self.count]
     }
 }
 
@@ -72,9 +112,9 @@ impl FittedLobes {
     }
 
     /// GGX of this width.
-    pub(super) fn ggx(&self, alpha: f32, normal: Vec3, view: Vec3) -> FittedLobe {
+    pub(super) fn ggx(&self, alpha: f32, normal: Vec3, view: Vec3) -> FittedBrdf {
         let ltc = self.ggx.lookup(alpha.sqrt(), normal.dot(view));
-        FittedLobe::isotropic(&ltc, normal, view)
+        FittedBrdf::isotropic(&[ltc], &NOTHING, normal, view)
     }
 
     /// GGX of these widths along and across the tangent.
@@ -84,18 +124,30 @@ impl FittedLobes {
         _tangent: Vec3,
         normal: Vec3,
         view: Vec3,
-    ) -> FittedLobe {
+    ) -> FittedBrdf {
         self.ggx((along * across).sqrt(), normal, view)
     }
 
-    /// Charlie, at most white: where narrow fibres would give off more light than they get, the
-    /// whole lobe is scaled down to what they get. The second value is the scale.
-    pub(super) fn charlie(&self, alpha: f32, normal: Vec3, view: Vec3) -> (FittedLobe, f32) {
-        let albedo = charlie_albedo(alpha, normal.dot(view));
-        let scale = 1.0 / albedo.max(1.0);
-        (FittedLobe::cosine(albedo * scale, normal, view), scale)
+    /// Charlie, not yet limited to what it gets: narrow fibres give off more.
+    pub(super) fn charlie(&self, alpha: f32, normal: Vec3, view: Vec3) -> FittedBrdf {
+        FittedBrdf::lambertian(charlie_albedo(alpha, normal.dot(view)), normal)
+    }
+
+    /// EON of this roughness: light scattered once, and more than once.
+    pub(super) fn eon(&self, roughness: f32, normal: Vec3, view: Vec3) -> FittedBrdf {
+        let single = eon_single_albedo(roughness, normal.dot(view));
+        let mut brdf = FittedBrdf::lambertian(single, normal);
+        brdf.cosine.part = 1.0 - single;
+        brdf.albedos.part = 1.0 - single;
+        brdf
     }
 }
+
+const NOTHING: Ltc<f32> = Ltc {
+    shading_to_cosine: [1.0, 0.0, 0.0, 1.0],
+    amplitude: 0.0,
+    schlick: 0.0,
+};
 
 /// Directional albedo of Charlie, looked up between nodes that are integrated on first use.
 fn charlie_albedo(alpha: f32, cos_view: f32) -> f32 {

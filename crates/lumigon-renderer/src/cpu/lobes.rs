@@ -1,14 +1,15 @@
 //! A surface's BRDF for one view: its lobes, each with all that lies over it folded in.
 
 use std::f32::consts::FRAC_1_PI;
+use std::ops::{AddAssign, Mul};
 
 use glam::Vec3;
 use lumigon::{
-    charlie_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_albedo, eon_single_cosine,
+    charlie_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_cosine,
     ggx_anisotropic_cosine, ggx_cosine,
 };
 
-use super::fitted_lobes::{FittedLobe, FittedLobes};
+use super::fitted_lobes::{FittedBrdf, FittedLobes};
 use super::material::{LayeredMaterial, emitted};
 use super::vector;
 use crate::scene::SurfaceSample;
@@ -16,22 +17,63 @@ use crate::scene::SurfaceSample;
 /// The coat's reflectance at normal incidence: an index of 1.5, fixed by `KHR_materials_clearcoat`.
 const CLEARCOAT_F0: f32 = 0.04;
 
-/// Light scattered by diffuse and specular lobes.
+/// Light scattered by diffuse and specular lobes, or the factors that scatter it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Scattered {
     pub(super) diffuse: Vec3,
     pub(super) specular: Vec3,
 }
 
+impl Scattered {
+    pub(super) fn diffuse(diffuse: Vec3) -> Self {
+        let specular = Vec3::ZERO;
+        Self { diffuse, specular }
+    }
+
+    pub(super) fn specular(specular: Vec3) -> Self {
+        let diffuse = Vec3::ZERO;
+        Self { diffuse, specular }
+    }
+
+    pub(super) fn is_black(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl AddAssign for Scattered {
+    fn add_assign(&mut self, other: Self) {
+        self.diffuse += other.diffuse;
+        self.specular += other.specular;
+    }
+}
+
+impl Mul<Vec3> for Scattered {
+    type Output = Self;
+
+    fn mul(self, light: Vec3) -> Self {
+        Self {
+            diffuse: self.diffuse * light,
+            specular: self.specular * light,
+        }
+    }
+}
+
 /// Lambert, or EON where it is rough.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct DiffuseLobe {
-    /// EON's r, 0 for Lambert.
-    pub(super) roughness: f32,
-    /// Weight of the light that is scattered once.
+    /// Weight of the light that is scattered once: all of it, for Lambert.
     pub(super) single: Vec3,
-    /// Weight of the light that is scattered more than once; black for Lambert.
+    pub(super) rough: Option<Rough>,
+}
+
+/// What EON adds to Lambert.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rough {
+    /// EON's r.
+    pub(super) roughness: f32,
+    /// Weight of the light that is scattered more than once.
     pub(super) multiple: Vec3,
+    pub(super) fitted: FittedBrdf,
 }
 
 /// GGX about a normal, with its Fresnel reflectance.
@@ -46,18 +88,15 @@ pub(super) struct SpecularLobe {
     pub(super) f0: Vec3,
     /// Weight at grazing incidence.
     pub(super) f90: Vec3,
-    pub(super) fitted: FittedLobe,
+    pub(super) fitted: FittedBrdf,
 }
 
 /// Charlie.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SheenLobe {
     pub(super) alpha: f32,
-    /// Weight of the fitted lobe.
     pub(super) weight: Vec3,
-    /// Weight of the BRDF itself.
-    brdf_weight: Vec3,
-    pub(super) fitted: FittedLobe,
+    pub(super) fitted: FittedBrdf,
 }
 
 /// glTF's layers at one point, for one view.
@@ -109,14 +148,13 @@ impl Lobes {
 
         let mut below_sheen = below_coat;
         let sheen = (material.sheen_color != Vec3::ZERO).then(|| {
-            let (lobe, scale) = fitted.charlie(material.sheen_alpha, normal, view);
-            let weight = material.sheen_color * below_coat;
-            let albedo = lobe.albedo(Vec3::ONE, Vec3::ONE).x.min(1.0);
-            below_sheen *= 1.0 - material.sheen_color.max_element() * albedo;
+            let lobe = fitted.charlie(material.sheen_alpha, normal, view);
+            let albedo = lobe.albedos.whole;
+            below_sheen *= 1.0 - material.sheen_color.max_element() * albedo.min(1.0);
             SheenLobe {
                 alpha: material.sheen_alpha,
-                weight,
-                brdf_weight: weight * scale,
+                // Narrow fibres would give off more light than they get, seen along the surface.
+                weight: material.sheen_color * (below_coat / albedo.max(1.0)),
                 fitted: lobe,
             }
         });
@@ -127,7 +165,9 @@ impl Lobes {
         } else {
             fitted.ggx_anisotropic(material.alpha, surface.tangent, normal, view)
         };
-        let reflected = base.albedo(dielectric_f0, Vec3::splat(dielectric_f90));
+        let reflected = base
+            .albedos
+            .reflectance(dielectric_f0, Vec3::splat(dielectric_f90));
         let entering = (1.0 - reflected.max_element()).max(0.0);
         let f90 = dielectric_f90 + (1.0 - dielectric_f90) * metallic;
         Self {
@@ -137,8 +177,9 @@ impl Lobes {
             emitted: emitted(surface) * below_coat,
             diffuse: DiffuseLobe::new(
                 base_color,
-                material.diffuse_roughness,
                 (1.0 - metallic) * entering * below_sheen,
+                material.diffuse_roughness,
+                || fitted.eon(material.diffuse_roughness, normal, view),
             ),
             specular: SpecularLobe {
                 normal,
@@ -170,42 +211,41 @@ impl Lobes {
 }
 
 impl DiffuseLobe {
-    fn new(color: Vec3, roughness: f32, scale: f32) -> Self {
-        let multiple = if roughness > 0.0 {
-            color
-                .to_array()
-                .map(|rho| eon_multiple_albedo(rho, roughness))
-                .into()
-        } else {
-            Vec3::ZERO
-        };
+    fn new(color: Vec3, scale: f32, roughness: f32, fitted: impl FnOnce() -> FittedBrdf) -> Self {
+        let single = color * scale;
+        if roughness == 0.0 || single == Vec3::ZERO {
+            return Self {
+                single,
+                rough: None,
+            };
+        }
+        let multiple = color
+            .to_array()
+            .map(|rho| eon_multiple_albedo(rho, roughness));
         Self {
-            roughness,
-            single: color * scale,
-            multiple: multiple * scale,
+            single,
+            rough: Some(Rough {
+                roughness,
+                multiple: Vec3::from(multiple) * scale,
+                fitted: fitted(),
+            }),
         }
     }
 
-    pub(super) fn is_black(&self) -> bool {
-        self.single == Vec3::ZERO
-    }
-
-    /// Share of light from everywhere that goes towards a view at this cosine.
-    pub(super) fn albedo(&self, cos_view: f32) -> Vec3 {
-        if self.roughness == 0.0 {
-            return self.single;
-        }
-        let single = eon_single_albedo(self.roughness, cos_view);
-        self.single * single + self.multiple * (1.0 - single)
+    /// Share of light from everywhere that goes towards the view.
+    pub(super) fn albedo(&self) -> Vec3 {
+        self.rough.map_or(self.single, |rough| {
+            self.single * rough.fitted.albedos.whole + rough.multiple * rough.fitted.albedos.part
+        })
     }
 
     fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> Vec3 {
-        if self.roughness == 0.0 {
+        let Some(rough) = self.rough else {
             return self.single * (FRAC_1_PI * normal.dot(light).max(0.0));
-        }
+        };
         let [normal, view, light] = [normal, view, light].map(vector);
-        self.single * eon_single_cosine(self.roughness, normal, view, light)
-            + self.multiple * eon_multiple_cosine(self.roughness, normal, view, light)
+        self.single * eon_single_cosine(rough.roughness, normal, view, light)
+            + rough.multiple * eon_multiple_cosine(rough.roughness, normal, view, light)
     }
 }
 
@@ -232,6 +272,6 @@ impl SpecularLobe {
 impl SheenLobe {
     pub(super) fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> Vec3 {
         let [normal, view, light] = [normal, view, light].map(vector);
-        self.brdf_weight * charlie_cosine(self.alpha, normal, view, light)
+        self.weight * charlie_cosine(self.alpha, normal, view, light)
     }
 }
