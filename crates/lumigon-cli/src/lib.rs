@@ -16,6 +16,7 @@ mod man;
 mod method;
 mod progress;
 mod render;
+mod report_folder;
 mod scene;
 mod size;
 

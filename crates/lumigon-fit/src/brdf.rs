@@ -1,5 +1,7 @@
 use glam::DVec3;
 
+use crate::limit::Limit;
+
 /// A direction towards the light drawn from a BRDF, with its importance-sampling weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightSample {
@@ -22,6 +24,13 @@ pub trait Brdf: Send + Sync {
     /// Maps a point of the unit square to a light direction; `None` where it falls below the
     /// horizon, which counts as a sample of weight 0.
     fn sample(&self, view: DVec3, u: [f64; 2]) -> Option<LightSample>;
+
+    /// A second weight that the lobe is integrated under, in the same form factors: Schlick's
+    /// `(1 - h.v)^5` for a BRDF with a Fresnel term, 0 for one that needs none.
+    fn secondary(&self, view: DVec3, light: DVec3) -> f64;
+
+    /// The lobe this BRDF tends to, which a fit starts from.
+    fn limit(&self, view: DVec3) -> Limit;
 }
 
 /// Schlick's `(1 - h.v)^5` with the half vector of two unit directions, in `[0,1]`.

@@ -1,77 +1,122 @@
+use glam::{DMat3, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
-use crate::{ltc::Ltc, node::Node};
+use crate::{
+    limit::{Limit, turn},
+    ltc::Ltc,
+    node::Node,
+    symmetric,
+};
 
-/// The five numbers that a fit moves, chosen so that each is of order one at every node, varies
-/// slowly over the table, and every value is a valid lobe (the determinant cannot change sign).
+/// The eight numbers of one lobe that a fit moves, relative to the BRDF's [`Limit`]: each is of
+/// order one at every node, varies slowly over the table, and every value is a valid lobe (the
+/// determinant cannot change sign).
 ///
-/// `shading_to_cosine = [[cos p / sx, 0, -sin p / sx], [0, 1 / sy, 0],
-/// [sin p + t cos p, 0, cos p - t sin p]]`: p turns z into the lobe's peak, sx and sy are the
-/// peak's widths, and t tilts the cosine's plane against the peak. The coordinates are
-/// `[ln(sx / wx), ln(sy / wy), t / tan theta, (p - p_mirror) / alpha, ln(amplitude)]` with
-/// [`Node::widths`] wx and wy. In the limit of small alpha the first four are 0, 0, 1, 0 and
-/// exact: the cosine distribution around its peak *is* GGX's, `1 / (pi (1 + r^2)^2)`, and
-/// `t = tan theta` lays the cosine's plane on the surface.
+/// In peak space, turned by p, the matrix is `[[S^-1, 0], [t, 1]]`: the symmetric S holds the
+/// peak's widths, t tilts the cosine's plane against the peak. A further rotation about the
+/// cosine's own axis would change nothing. The coordinates are
+/// `[ln S - limit's (xx, xy, yy), t (x, y) and p (x, y) in the limit's units, ln(amplitude)]`.
 ///
 /// The published factors (Heitz et al. 2016, section 3.1: a frame about the mean direction, two
 /// widths, one skew) span the same matrices, but there small alpha sends skew and frame to infinity.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Coordinates(pub [f64; Coordinates::COUNT]);
 
 impl Coordinates {
     /// How many there are.
-    pub const COUNT: usize = 5;
+    pub const COUNT: usize = 8;
 
-    /// The limit of small alpha.
-    pub fn mirror(node: &Node) -> Self {
-        Self([0.0, 0.0, 1.0, 0.0, node.albedo.ln()])
+    /// The limit lobe itself, with an amplitude.
+    pub fn limit(limit: &Limit, amplitude: f64) -> Self {
+        let tilt = limit.limit_tilt;
+        Self([0.0, 0.0, 0.0, tilt.x, tilt.y, 0.0, 0.0, amplitude.ln()])
     }
 
-    /// The lobe at these coordinates of the node, its Schlick amplitude still 0.
-    pub fn to_ltc(self, node: &Node) -> Ltc {
-        let [ln_x, ln_y, tilt, turn, ln_amplitude] = self.0;
-        let [wx, wy] = node.widths();
+    /// The lobe at these coordinates, its second amplitude still 0.
+    pub fn to_ltc(self, limit: &Limit) -> Ltc {
+        let [xx, xy, yy, tx, ty, px, py, ln_amplitude] = self.0;
         // Wide enough never to bind, tight enough that no step overflows.
-        let sx = wx * ln_x.clamp(-8.0, 8.0).exp();
-        let sy = wy * ln_y.clamp(-8.0, 8.0).exp();
-        let (sin, cos) = (node.alpha * turn - node.theta).sin_cos();
-        let t = tilt * node.theta.tan();
-        let ratio = sy / sx;
+        let bounded = |x: f64| x.clamp(-8.0, 8.0);
+        let inverse = symmetric::exp([
+            -limit.ln_width[0] - bounded(xx),
+            -limit.ln_width[1] - bounded(xy),
+            -limit.ln_width[2] - bounded(yy),
+        ]);
+        let tilt = limit.tilt * DVec2::new(tx, ty);
+        let peak_to_cosine = DMat3::from_cols(
+            DVec3::new(inverse[0], inverse[1], tilt.x),
+            DVec3::new(inverse[1], inverse[2], tilt.y),
+            DVec3::Z,
+        );
         Ltc {
-            matrix: [
-                ratio * cos,
-                -ratio * sin,
-                sy * (sin + t * cos),
-                sy * (cos - t * sin),
-            ],
+            shading_to_cosine: peak_to_cosine
+                * turn(limit.turn * DVec2::new(px, py))
+                * limit.shading_to_peak,
             amplitude: ln_amplitude.clamp(-40.0, 5.0).exp(),
-            schlick: 0.0,
+            secondary: 0.0,
         }
     }
 
-    /// The coordinates at `-theta`, which is the same lobe seen from the other side.
-    pub(crate) fn mirrored(mut self) -> Self {
-        self.0[3] = -self.0[3];
+    /// Inverse of [`Coordinates::to_ltc`] for a matrix of positive determinant, of any scale and
+    /// turned about the cosine's axis at will, and a positive amplitude.
+    pub fn from_ltc(ltc: &Ltc, limit: &Limit) -> Self {
+        let matrix = ltc.shading_to_cosine * limit.shading_to_peak.transpose();
+        let rows = matrix.transpose();
+        // What the cosine's x and y are both at right angles to is its peak.
+        let peak = rows.x_axis.cross(rows.y_axis).normalize_or(DVec3::Z);
+        let sine = peak.truncate().length();
+        let by = if sine > 0.0 {
+            peak.truncate() * (sine.atan2(peak.z) / sine)
+        } else {
+            DVec2::ZERO
+        };
+        let straight = matrix * turn(by).transpose();
+        let [x, y] = [straight.x_axis, straight.y_axis].map(|column| column / straight.z_axis.z);
+        // The symmetric part of the polar decomposition: turned about the cosine's axis.
+        let (sin, cos) = (x.y - y.x).atan2(x.x + y.y).sin_cos();
+        let inverse = [
+            cos * x.x + sin * x.y,
+            cos * y.x + sin * y.y,
+            cos * y.y - sin * y.x,
+        ];
+        let ln_inverse = symmetric::ln(inverse);
+        let tilt = |by: f64, limit_tilt: f64| {
+            if limit.tilt > 0.0 {
+                by / limit.tilt
+            } else {
+                limit_tilt
+            }
+        };
+        Self([
+            -ln_inverse[0] - limit.ln_width[0],
+            -ln_inverse[1] - limit.ln_width[1],
+            -ln_inverse[2] - limit.ln_width[2],
+            tilt(x.z, limit.limit_tilt.x),
+            tilt(y.z, limit.limit_tilt.y),
+            by.x / limit.turn,
+            by.y / limit.turn,
+            ltc.amplitude.ln(),
+        ])
+    }
+
+    /// The coordinates of the lobe mirrored in the planes x = 0 and y = 0, as `signs` say (-1
+    /// mirrors).
+    pub(crate) fn mirrored(mut self, [x, y]: [f64; 2]) -> Self {
+        for (i, sign) in [(1, x * y), (3, x), (4, y), (5, x), (6, y)] {
+            self.0[i] *= sign;
+        }
         self
     }
 
-    /// Inverse of [`Coordinates::to_ltc`] for a matrix of positive determinant and a positive
-    /// amplitude. At `theta = 0` the tilt has no effect and is 1.
-    pub fn from_ltc(ltc: &Ltc, node: &Node) -> Self {
-        let [a, b, c, d] = ltc.matrix;
-        let [wx, wy] = node.widths();
-        let ratio = a.hypot(b);
-        let (sin, cos) = (-b / ratio, a / ratio);
-        let sy = d * cos + c * sin;
-        let t = (c * cos - d * sin) / sy;
-        let tan = node.theta.tan();
-        Self([
-            (sy / ratio / wx).ln(),
-            (sy / wy).ln(),
-            if tan > 0.0 { t / tan } else { 1.0 },
-            (sin.atan2(cos) + node.theta) / node.alpha,
-            ltc.amplitude.ln(),
-        ])
+    /// The coordinates at `-theta`, which is the same lobe seen from the other side: the tilt is
+    /// in units of tan theta, which changes its sign too.
+    pub(crate) fn seen_from_behind(mut self, limit: &Limit) -> Self {
+        self = self.mirrored([-1.0, -1.0]);
+        if limit.limit_tilt != DVec2::ZERO {
+            self.0[3] = -self.0[3];
+            self.0[4] = -self.0[4];
+        }
+        self
     }
 }
 
@@ -79,7 +124,7 @@ impl Coordinates {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Parametrisation {
-    /// All five.
+    /// All of them.
     Free,
     /// The published one: the frame follows the lobe's mean direction and the amplitude is the
     /// albedo; both widths and the skew are free.
@@ -87,24 +132,30 @@ pub enum Parametrisation {
 }
 
 impl Parametrisation {
-    /// Indices of the coordinates that move.
-    pub fn free(self) -> &'static [usize] {
-        match self {
-            Self::Free => &[0, 1, 2, 3, 4],
-            Self::MeanDirection => &[0, 1, 3],
+    /// Indices of the coordinates that move, where the BRDF and the view are symmetric in y and
+    /// where they are not.
+    pub fn free(self, symmetric: bool) -> &'static [usize] {
+        match (self, symmetric) {
+            (Self::Free, true) => &[0, 2, 3, 5, 7],
+            (Self::Free, false) => &[0, 1, 2, 3, 4, 5, 6, 7],
+            (Self::MeanDirection, true) => &[0, 2, 5],
+            (Self::MeanDirection, false) => &[0, 1, 2, 5, 6],
         }
     }
 
     /// Sets the coordinates that do not move to what the node and the others demand.
     pub fn constrain(self, coordinates: &mut Coordinates, node: &Node) {
         if self == Self::MeanDirection {
-            let mean = node.mean_direction;
-            let peak = node.alpha * coordinates.0[3] - node.theta;
-            // The cosine's axis, (sin p + t cos p, 0, cos p - t sin p), is the mean direction.
-            let t = (mean.x.atan2(mean.z) - peak).clamp(-1.5, 1.5).tan();
-            let tan = node.theta.tan();
-            coordinates.0[2] = if tan > 0.0 { t / tan } else { 1.0 };
-            coordinates.0[4] = node.albedo.ln();
+            let limit = &node.limit;
+            let by = limit.turn * DVec2::new(coordinates.0[5], coordinates.0[6]);
+            // The cosine's axis, the matrix's third row, is the mean direction.
+            let mean = turn(by) * limit.shading_to_peak * node.mean_direction;
+            let tilt = mean.truncate() / mean.z.max(0.07);
+            if limit.tilt > 0.0 {
+                coordinates.0[3] = tilt.x / limit.tilt;
+                coordinates.0[4] = tilt.y / limit.tilt;
+            }
+            coordinates.0[7] = node.albedo.ln();
         }
     }
 }
@@ -112,25 +163,39 @@ impl Parametrisation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::settings::BrdfKind;
+
+    fn view(theta: f64, phi: f64) -> DVec3 {
+        DVec3::new(
+            theta.sin() * phi.cos(),
+            theta.sin() * phi.sin(),
+            theta.cos(),
+        )
+    }
 
     #[test]
     fn round_trip() {
-        let (node, _) = Node::new(BrdfKind::Ggx, 0.5, 0.4, 500);
-        let coordinates = Coordinates([0.3, -0.2, 0.7, 0.4, -0.1]);
-        let back = Coordinates::from_ltc(&coordinates.to_ltc(&node), &node);
+        let limit = Limit::mirror([0.2, 0.05], view(1.1, 0.6));
+        let coordinates = Coordinates([0.3, 0.1, -0.2, 0.7, 0.2, 0.4, -0.3, -0.1]);
+        let mut ltc = coordinates.to_ltc(&limit);
+        // What does not matter: a factor, and a turn about the cosine's axis.
+        ltc.shading_to_cosine = 3.0 * DMat3::from_rotation_z(0.8) * ltc.shading_to_cosine;
+        let back = Coordinates::from_ltc(&ltc, &limit);
         for (a, b) in coordinates.0.iter().zip(back.0) {
-            assert!((a - b).abs() < 1e-12, "{coordinates:?} {back:?}");
+            assert!((a - b).abs() < 1e-11, "{coordinates:?} {back:?}");
         }
     }
 
-    /// The mirror lobe peaks in the mirrored view direction, of which x is negative.
     #[test]
-    fn mirror_direction() {
-        let (node, _) = Node::new(BrdfKind::Ggx, 0.1, 0.6, 500);
-        let ltc = Coordinates::mirror(&node).to_ltc(&node);
-        let peak = glam::DVec3::new(-node.theta.sin(), 0.0, node.theta.cos());
-        let cosine = (ltc.shading_to_cosine() * peak).normalize();
-        assert!((cosine - glam::DVec3::Z).length() < 1e-12, "{cosine}");
+    fn mirrors_agree_with_mirrored_views() {
+        let alpha = [0.2, 0.05];
+        let coordinates = Coordinates([0.3, 0.1, -0.2, 0.7, 0.2, 0.4, -0.3, -0.1]);
+        let light = DVec3::new(-0.3, 0.4, 0.6).normalize();
+        let here = coordinates.to_ltc(&Limit::mirror(alpha, view(0.9, 0.4)));
+        let flip = DVec3::new(1.0, -1.0, 1.0);
+        let there = coordinates
+            .mirrored([1.0, -1.0])
+            .to_ltc(&Limit::mirror(alpha, view(0.9, -0.4)));
+        let (a, b) = (here.density(light), there.density(light * flip));
+        assert!((a - b).abs() < 1e-12 * a, "{a} {b}");
     }
 }

@@ -1,6 +1,6 @@
-use std::sync::Arc;
+use std::{rc::Rc, sync::Arc};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::{
     brdf::Brdf,
@@ -41,9 +41,9 @@ impl Objective for Density {
             lights,
             brdf,
             view: node.view,
-            schlick_albedo: node.schlick_albedo,
+            secondary_albedo: node.secondary_albedo,
             // Dimensionless: errors count relative to the lobe's peak density.
-            scale: node.alpha * node.alpha,
+            scale: node.limit.scale * node.limit.scale,
         })
     }
 }
@@ -54,41 +54,54 @@ struct DensityResiduals {
     lights: Vec<Option<(DVec3, f64, f64)>>,
     brdf: Arc<dyn Brdf>,
     view: DVec3,
-    schlick_albedo: f64,
+    secondary_albedo: f64,
     scale: f64,
 }
 
 impl DensityResiduals {
     /// Its square is the cubed error over the samples' joint density.
-    fn residual(&self, ltc: &Ltc, light: DVec3, value: f64, pdf: f64) -> f64 {
-        let density = ltc.density(light);
-        let joint = pdf + density;
+    fn residual(&self, lobes: &[Ltc], light: DVec3, value: f64, pdf: f64) -> f64 {
+        let total: f64 = lobes
+            .iter()
+            .map(|lobe| lobe.amplitude * lobe.density(light))
+            .sum();
+        // The lobes' own samples, in equal numbers.
+        let own = lobes.iter().map(|lobe| lobe.density(light)).sum::<f64>() / lobes.len() as f64;
+        let joint = pdf + own;
         if joint <= 0.0 {
             return 0.0;
         }
-        let error = self.scale * (ltc.amplitude * density - value);
+        let error = self.scale * (total - value);
         let per_sample = 1.0 / (self.scale * joint * self.lattice.len() as f64);
         (error.abs().powi(3) * per_sample).sqrt().copysign(error)
     }
 }
 
 impl Residuals for DensityResiduals {
-    fn evaluate(&self, ltc: &Ltc, residuals: &mut Vec<f64>) {
+    fn of_matrix(&self, _: &DMat3) -> Vec<f64> {
+        Vec::new()
+    }
+
+    fn evaluate(&self, lobes: &[Ltc], _: &[Rc<Vec<f64>>], residuals: &mut Vec<f64>) {
         for light in &self.lights {
             residuals.push(match *light {
-                Some((light, value, pdf)) => self.residual(ltc, light, value, pdf),
+                Some((light, value, pdf)) => self.residual(lobes, light, value, pdf),
                 None => 0.0,
             });
         }
-        for &u in &self.lattice {
-            let light = ltc.sample(u);
+        for (i, &u) in self.lattice.iter().enumerate() {
+            let light = lobes[i % lobes.len()].sample(u);
             let value = self.brdf.eval(self.view, light);
             let pdf = self.brdf.pdf(self.view, light);
-            residuals.push(self.residual(ltc, light, value, pdf));
+            residuals.push(self.residual(lobes, light, value, pdf));
         }
     }
 
-    fn schlick(&self, _: &Ltc) -> f64 {
-        self.schlick_albedo
+    /// In proportion to the amplitudes.
+    fn complete(&self, lobes: &mut [Ltc], _: &[Rc<Vec<f64>>]) {
+        let total: f64 = lobes.iter().map(|lobe| lobe.amplitude).sum();
+        for lobe in lobes {
+            lobe.secondary = self.secondary_albedo * lobe.amplitude / total.max(1e-300);
+        }
     }
 }

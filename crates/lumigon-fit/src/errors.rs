@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     form_factor::{Clipped, form_factor},
+    ltc::Ltc,
     node::Node,
     polygon::Quad,
     table::Table,
@@ -14,16 +15,16 @@ use crate::{
 /// What a table misses, measured on lights it wasn't fitted to, between its nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ErrorReport {
-    /// Range of the perceptual roughness.
+    /// Range of the first axis: perceptual roughness.
     pub perceptual_roughness: [f64; 2],
-    /// Random nodes in that range at view angles of 0 to 88 degrees.
+    /// Random nodes in that range, at view angles of 0 to 88 degrees, uniform along other axes.
     pub nodes: u32,
     /// Random lights a node.
     pub lights: u32,
     /// Root mean square of table minus truth for lights of radiance 1 and F = 1.
     pub rmse: f64,
-    /// The same for the Schlick-weighted part.
-    pub schlick_rmse: f64,
+    /// The same for the part under the second weight.
+    pub secondary_rmse: f64,
     /// Median of `|table - truth| / truth` over lights of response above 1e-3.
     pub median_relative: f64,
     /// Smallest and largest albedo of the table in units of the true one (the white furnace).
@@ -53,38 +54,46 @@ impl Table {
             .map(|i| {
                 let mut rng =
                     Pcg32::seed_from_u64(seed.wrapping_mul(0x1_0000_0001).wrapping_add(i.into()));
-                let perceptual_roughness = smoothest + (roughest - smoothest) * rng.random::<f64>();
-                let cos_theta = (88.0 * rng.random::<f64>()).to_radians().cos();
+                let view_axis = self.brdf().view_axis();
+                let place: Vec<f64> = (0..self.sizes().len())
+                    .map(|axis| {
+                        let u: f64 = rng.random();
+                        if axis == 0 {
+                            smoothest + (roughest - smoothest) * u
+                        } else if axis == view_axis {
+                            (1.0 - (88.0 * u).to_radians().cos()).sqrt()
+                        } else {
+                            u
+                        }
+                    })
+                    .collect();
                 let directions = self.settings().directions.max(20_000);
-                let (node, lobe) = Node::new(
-                    self.settings().brdf,
-                    perceptual_roughness,
-                    cos_theta,
-                    directions,
-                );
-                let ltc = self.lookup(perceptual_roughness, cos_theta);
-                let shading_to_cosine = ltc.shading_to_cosine();
+                let (node, lobe) = Node::new(self.brdf(), &place, directions);
+                let lobes = self.lookup_at(&place);
                 let pairs = (0..lights)
                     .map(|_| {
                         let quad = Quad::random(&mut rng, &node);
-                        let [truth, schlick_truth] = lobe.response(&quad);
+                        let [truth, secondary_truth] = lobe.response(&quad);
                         let above = Clipped::new(quad.vertices).clip(DVec3::Z);
-                        let transformed = above.vertices().iter().map(|&v| shading_to_cosine * v);
-                        let form_factor = form_factor(&Clipped::new(transformed));
-                        [
-                            ltc.amplitude * form_factor,
-                            truth,
-                            ltc.schlick * form_factor,
-                            schlick_truth,
-                        ]
+                        let (mut value, mut secondary) = (0.0, 0.0);
+                        for ltc in &lobes {
+                            let matrix = ltc.shading_to_cosine;
+                            let transformed = above.vertices().iter().map(|&v| matrix * v);
+                            let form_factor = form_factor(&Clipped::new(transformed));
+                            value += ltc.amplitude * form_factor;
+                            secondary += ltc.secondary * form_factor;
+                        }
+                        [value, truth, secondary, secondary_truth]
                     })
                     .collect();
-                let share = ltc.share_above_horizon();
+                let albedo = |of: &dyn Fn(&Ltc) -> f64| -> f64 {
+                    lobes.iter().map(|l| of(l) * l.share_above_horizon()).sum()
+                };
                 Sample {
                     pairs,
-                    furnace: ltc.amplitude * share / node.albedo,
-                    dielectric_furnace: ltc.specular(0.04) * share
-                        / (0.04 * node.albedo + 0.96 * node.schlick_albedo),
+                    furnace: albedo(&|l| l.amplitude) / node.albedo,
+                    dielectric_furnace: albedo(&|l| l.specular(0.04))
+                        / (0.04 * node.albedo + 0.96 * node.secondary_albedo),
                 }
             })
             .collect();
@@ -110,7 +119,7 @@ impl Table {
             nodes,
             lights,
             rmse: rms(0),
-            schlick_rmse: rms(2),
+            secondary_rmse: rms(2),
             median_relative: relative.get(relative.len() / 2).copied().unwrap_or(0.0),
             furnace: range(&|s| s.furnace),
             dielectric_furnace: range(&|s| s.dielectric_furnace),

@@ -1,17 +1,24 @@
+use std::cell::RefCell;
 use std::{
     path::PathBuf,
-    sync::atomic::{AtomicBool, AtomicUsize, Ordering},
+    sync::{
+        Mutex, MutexGuard, OnceLock, PoisonError,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+    },
 };
 
 use rayon::prelude::*;
 
 use crate::{
+    checkpoint::Checkpoint,
     coordinates::Coordinates,
+    grid::Grid,
     least_squares::least_squares,
+    ltc::Ltc,
     node::Node,
-    objective::{Objective, Residuals},
+    objective::{Objective, Parts, Residuals},
     settings::Settings,
-    table::{CHANNELS, Table},
+    table::Table,
 };
 
 /// A sum of squared residuals this small (1 % rms) leaves nothing to gain.
@@ -27,12 +34,10 @@ pub enum FitError {
     #[error("the fit was cancelled")]
     Cancelled,
     /// A texel did not become finite.
-    #[error("texel ({column}, {row}) has no finite fit; try more directions or another seed")]
+    #[error("texel {texel:?} has no finite fit; try more directions or another seed")]
     NotFinite {
-        /// Column, along perceptual roughness.
-        column: usize,
-        /// Row, along the view angle.
-        row: usize,
+        /// Position along each axis.
+        texel: Vec<usize>,
     },
     /// A file could not be read or written.
     #[error("{}: {source}", path.display())]
@@ -52,6 +57,9 @@ pub enum FitError {
     },
 }
 
+/// A texel's lobes as a fit moves them.
+pub(crate) type Lobes = Vec<Coordinates>;
+
 /// A node ready to be fitted, without its lobe's directions.
 struct Problem {
     node: Node,
@@ -59,117 +67,319 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(settings: &Settings, objective: &dyn Objective, column: usize, row: usize) -> Self {
-        let last = f64::from(settings.size - 1);
-        let (u, v) = (column as f64 / last, row as f64 / last);
-        let (node, lobe) = Node::new(settings.brdf, u, 1.0 - v * v, settings.directions);
+    fn new(settings: &Settings, objective: &dyn Objective, place: &[f64]) -> Self {
+        let (node, lobe) = Node::new(settings.brdf, place, settings.directions);
         let residuals = objective.prepare(&node, &lobe);
         Self { node, residuals }
+    }
+
+    fn ltcs(&self, settings: &Settings, lobes: &[Coordinates]) -> Vec<Ltc> {
+        let mut ltcs: Vec<Ltc> = lobes.iter().map(|c| c.to_ltc(&self.node.limit)).collect();
+        if settings.cosine {
+            ltcs.push(Ltc::cosine());
+        }
+        ltcs
     }
 
     /// Fits from a start; `pull` draws the coordinates to a target with a weight.
     fn fit(
         &self,
         settings: &Settings,
-        start: Coordinates,
-        pull: Option<&Coordinates>,
-    ) -> (Coordinates, f64) {
-        let free = settings.parametrisation.free();
+        start: &[Coordinates],
+        pull: Option<(&[Coordinates], f64)>,
+    ) -> (Lobes, f64) {
+        let free = settings.parametrisation.free(settings.brdf.is_isotropic());
         let place = |params: &[f64]| {
-            let mut coordinates = start;
-            for (&i, &p) in free.iter().zip(params) {
-                coordinates.0[i] = p;
+            let mut lobes = start.to_vec();
+            for (lobe, params) in lobes.iter_mut().zip(params.chunks(free.len())) {
+                for (&i, &p) in free.iter().zip(params) {
+                    lobe.0[i] = p;
+                }
+                settings.parametrisation.constrain(lobe, &self.node);
             }
-            settings
-                .parametrisation
-                .constrain(&mut coordinates, &self.node);
-            coordinates
+            lobes
         };
+        let parts = RefCell::new(Parts::default());
         let residuals_at = |params: &[f64]| {
-            let coordinates = place(params);
+            let lobes = place(params);
             let mut residuals = Vec::new();
-            self.residuals
-                .evaluate(&coordinates.to_ltc(&self.node), &mut residuals);
-            if let Some(target) = pull {
-                for &i in free {
-                    residuals.push(settings.smoothing * (coordinates.0[i] - target.0[i]));
+            self.evaluate(settings, &lobes, &mut parts.borrow_mut(), &mut residuals);
+            if let Some((target, weight)) = pull {
+                for (lobe, target) in lobes.iter().zip(target) {
+                    for &i in free {
+                        residuals.push(weight * (lobe.0[i] - target.0[i]));
+                    }
                 }
             }
             residuals
         };
-        let params: Vec<f64> = free.iter().map(|&i| start.0[i]).collect();
+        let params: Vec<f64> = start
+            .iter()
+            .flat_map(|lobe| free.iter().map(|&i| lobe.0[i]))
+            .collect();
         let (params, cost) = least_squares(&params, &residuals_at);
         (place(&params), cost)
+    }
+
+    fn evaluate(
+        &self,
+        settings: &Settings,
+        lobes: &[Coordinates],
+        parts: &mut Parts,
+        residuals: &mut Vec<f64>,
+    ) {
+        let ltcs = self.ltcs(settings, lobes);
+        let parts = parts.of(self.residuals.as_ref(), &ltcs);
+        self.residuals.evaluate(&ltcs, &parts, residuals);
+    }
+
+    fn cost(&self, settings: &Settings, lobes: &[Coordinates]) -> f64 {
+        let mut residuals = Vec::new();
+        self.evaluate(settings, lobes, &mut Parts::default(), &mut residuals);
+        residuals.iter().map(|r| r * r).sum()
+    }
+
+    /// Without a neighbour to start from: one lobe from the limit, two from that one, a narrower
+    /// and a wider.
+    fn first(&self, settings: &Settings) -> (Lobes, f64) {
+        let limit = Coordinates::limit(&self.node.limit, self.node.albedo);
+        let one = self.fit(settings, &[limit], None);
+        if settings.lobes == 1 {
+            return one;
+        }
+        let (mut narrow, mut wide) = (one.0[0], one.0[0]);
+        for i in [0, 2] {
+            narrow.0[i] -= 0.3;
+            wide.0[i] += 0.6;
+        }
+        narrow.0[7] += 0.7_f64.ln();
+        wide.0[7] += 0.3_f64.ln();
+        self.fit(settings, &[narrow, wide], None)
     }
 
     /// One step of a sweep: starts at the texel's own and at a neighbour's coordinates.
     fn improve(
         &self,
         settings: &Settings,
-        all: &[Coordinates],
-        column: usize,
-        row: usize,
-    ) -> Coordinates {
-        let n = settings.size as usize;
-        let at = |column: usize, row: usize| (column < n && row < n).then(|| all[row * n + column]);
-        let own = all[row * n + column];
-        let beside = [at(column.wrapping_sub(1), row), at(column + 1, row)];
-        let above = at(column, row + 1);
-        let below = if row == 0 {
-            // The view angle -v beyond normal view is v seen from the other side.
-            above.map(Coordinates::mirrored)
-        } else {
-            at(column, row - 1)
-        };
-
+        grid: &Grid,
+        all: &[Lobes],
+        index: usize,
+        smoothing: f64,
+    ) -> Lobes {
+        let own = &all[index];
+        let pairs = grid.neighbours(index, all, &self.node.limit);
         // Along each axis with both neighbours, their mean makes the table straight.
-        let means: Vec<[f64; Coordinates::COUNT]> = [beside, [below, above]]
+        let straight: Vec<Lobes> = pairs
             .iter()
-            .filter_map(|pair| Some((pair[0]?, pair[1]?)))
-            .map(|(a, b)| std::array::from_fn(|i| 0.5 * (a.0[i] + b.0[i])))
+            .filter_map(|[low, high]| Some((low.as_ref()?, high.as_ref()?)))
+            .map(|(low, high)| combined([0.5, 0.5], low, high))
+            .chain(
+                grid.beyond(index, all)
+                    .map(|[near, far]| combined([2.0, -1.0], near, far)),
+            )
             .collect();
-        let pull = (!means.is_empty() && settings.smoothing > 0.0).then(|| {
-            Coordinates(std::array::from_fn(|i| {
-                means.iter().map(|m| m[i]).sum::<f64>() / means.len() as f64
-            }))
+        let pull = (!straight.is_empty() && smoothing > 0.0).then(|| {
+            let mean = |lobe: usize, i: usize| {
+                let sum: f64 = straight.iter().map(|lobes| lobes[lobe].0[i]).sum();
+                sum / straight.len() as f64
+            };
+            (0..own.len())
+                .map(|lobe| Coordinates(std::array::from_fn(|i| mean(lobe, i))))
+                .collect::<Lobes>()
         });
 
-        let mut best = (own, f64::INFINITY);
-        // From its own coordinates, and from the neighbour whose fit suits this texel best as it is.
-        let as_is = |c: &Coordinates| {
-            let mut residuals = Vec::new();
-            self.residuals
-                .evaluate(&c.to_ltc(&self.node), &mut residuals);
-            residuals.iter().map(|r| r * r).sum::<f64>()
-        };
-        let nearest = [beside[0], beside[1], below, above]
+        // From its own coordinates, from the neighbour whose fit suits this texel best as it is, and
+        // from the neighbours' line.
+        let nearest = pairs
             .into_iter()
             .flatten()
-            .min_by(|a, b| as_is(a).total_cmp(&as_is(b)));
-        for start in [Some(own), nearest].into_iter().flatten() {
-            let (coordinates, cost) = self.fit(settings, start, pull.as_ref());
-            // Another basin must be much better: two of about the same cost, taken in turns by
-            // neighbouring texels, are far worse between the texels than either.
-            if cost + ACCURATE < 0.5 * best.1 {
-                best = (coordinates, cost);
+            .flatten()
+            .map(|lobes| (self.cost(settings, &lobes), lobes))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map(|(_, lobes)| lobes);
+        let target = pull.as_deref().map(|target| (target, smoothing));
+        let mut best = self.fit(settings, own, target);
+        let swapped = (own.len() == 2).then(|| vec![own[1], own[0]]);
+        for start in [nearest, pull.clone(), swapped].into_iter().flatten() {
+            let (lobes, cost) = self.fit(settings, &start, target);
+            // Two basins of about the same cost, taken in turns by neighbouring texels, would be
+            // far worse between the texels than either: the pull decides.
+            if cost + ACCURATE * ACCURATE < best.1 {
+                best = (lobes, cost);
             }
         }
         best.0
     }
 
-    fn texel(&self, coordinates: Coordinates) -> [f32; CHANNELS] {
-        let ltc = coordinates.to_ltc(&self.node);
-        let [a, b, c, d] = ltc.matrix;
-        // At most 1 at every texel, so that no lookup makes energy: share and amplitude both
-        // interpolate to at most 1. Schlick's weight is at most 1 itself.
-        let amplitude = ltc.amplitude.min(1.0);
-        let schlick = self.residuals.schlick(&ltc).clamp(0.0, amplitude);
-        [a, b, c, d, amplitude, schlick, 0.0, 0.0].map(|x| x as f32)
+    fn texel(&self, settings: &Settings, lobes: &[Coordinates]) -> Vec<f32> {
+        let mut ltcs = self.ltcs(settings, lobes);
+        let parts = Parts::default().of(self.residuals.as_ref(), &ltcs);
+        self.residuals.complete(&mut ltcs, &parts);
+        // At most 1 in all at every texel, so that no lookup makes energy: shares and amplitudes
+        // both interpolate to at most 1. The second weight is at most 1 itself.
+        let total: f64 = ltcs.iter().map(|ltc| ltc.amplitude).sum();
+        let second: f64 = ltcs.iter().map(|ltc| ltc.secondary).sum();
+        let bound = |sum: f64, most: f64| if sum > most { most / sum } else { 1.0 };
+        for ltc in &mut ltcs {
+            ltc.amplitude *= bound(total, 1.0);
+            ltc.secondary *= bound(second, total.min(1.0));
+        }
+        crate::layout::Layout::new(settings).pack(&self.node.limit, &ltcs)
     }
 }
 
-/// Fits a table. `progress(done, total)` is called from many threads as texels finish; setting
-/// `cancel` ends the fit soon. The result depends on the settings alone.
+/// Weighted sum of two texels' coordinates.
+fn combined(weights: [f64; 2], a: &Lobes, b: &Lobes) -> Lobes {
+    let sum = |(a, b): (&Coordinates, &Coordinates)| {
+        Coordinates(std::array::from_fn(|i| {
+            weights[0] * a.0[i] + weights[1] * b.0[i]
+        }))
+    };
+    a.iter().zip(b).map(sum).collect()
+}
+
+/// A fit that can be watched, stopped, saved and resumed.
+pub struct Fit {
+    settings: Settings,
+    grid: Grid,
+    progress: Mutex<Checkpoint>,
+}
+
+impl Fit {
+    /// A fit from the start.
+    ///
+    /// # Errors
+    /// Settings out of range.
+    pub fn new(settings: &Settings) -> Result<Self, FitError> {
+        settings.validate().map_err(FitError::Settings)?;
+        let grid = Grid::new(settings);
+        Ok(Self {
+            progress: Mutex::new(Checkpoint::new(settings, grid.count())),
+            settings: settings.clone(),
+            grid,
+        })
+    }
+
+    /// Goes on where a checkpoint of the same settings left off, to the same result.
+    ///
+    /// # Errors
+    /// Settings out of range; a checkpoint of other settings, or one that is damaged.
+    pub fn resume(settings: &Settings, checkpoint: Checkpoint) -> Result<Self, FitError> {
+        let fit = Self::new(settings)?;
+        checkpoint
+            .check(settings, fit.grid.count())
+            .map_err(FitError::Settings)?;
+        *fit.lock() = checkpoint;
+        Ok(fit)
+    }
+
+    /// What is done so far; from any thread, while the fit runs.
+    pub fn checkpoint(&self) -> Checkpoint {
+        self.lock().clone()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Checkpoint> {
+        // Every change under the lock is a single assignment: a panic elsewhere leaves it whole.
+        self.progress.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Runs to the end. `progress(done, total)` is called from many threads as texels finish;
+    /// setting `cancel` ends the fit soon. The result depends on the settings alone.
+    ///
+    /// # Errors
+    /// Cancellation, a texel without a finite fit.
+    pub fn run(
+        &self,
+        progress: &(dyn Fn(usize, usize) + Sync),
+        cancel: &AtomicBool,
+    ) -> Result<Table, FitError> {
+        let (settings, grid) = (&self.settings, &self.grid);
+        let objective = settings.objective();
+        let count = grid.count();
+        let problems: Vec<OnceLock<Problem>> = (0..count).map(|_| OnceLock::new()).collect();
+        let problem = |index: usize| {
+            problems[index]
+                .get_or_init(|| Problem::new(settings, objective.as_ref(), &grid.place(index)))
+        };
+        let total = count * (1 + 2 * settings.sweeps as usize);
+        let done = AtomicUsize::new(self.lock().done());
+        let finish = |index: usize, lobes: &Lobes| {
+            self.lock().set(index, lobes);
+            progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+        };
+        let go_on = || match cancel.load(Ordering::Relaxed) {
+            true => Err(FitError::Cancelled),
+            false => Ok(()),
+        };
+
+        // March: each column on its own, from normal to grazing view.
+        if self.lock().pass() == 0 {
+            grid.columns().into_par_iter().try_for_each(|column| {
+                let mut previous: Option<Lobes> = None;
+                for index in column {
+                    if let Some(known) = self.lock().get(index) {
+                        previous = Some(known);
+                        continue;
+                    }
+                    go_on()?;
+                    let problem = problem(index);
+                    let mut best = problem.first(settings);
+                    if let Some(start) = &previous {
+                        let (lobes, cost) = problem.fit(settings, start, Some((start, settings.smoothing)));
+                        // Like its neighbour unless another start is much better.
+                        if 0.5 * cost < best.1 + ACCURATE {
+                            best = (lobes, cost);
+                        }
+                    }
+                    finish(index, &best.0);
+                    previous = Some(best.0);
+                }
+                Ok(())
+            })?;
+            self.lock().next_pass();
+        }
+
+        // Sweeps, each in two passes over the squares of a chess board: every texel reads the
+        // previous pass only, so that their order doesn't matter, and no two neighbours move at
+        // once, which would let them swing around each other.
+        while self.lock().pass() <= 2 * settings.sweeps as usize {
+            let before = self.lock().previous();
+            let pass = self.lock().pass();
+            let smoothing = settings.smoothing_in(pass.div_ceil(2));
+            (0..count).into_par_iter().try_for_each(|index| {
+                if self.lock().get(index).is_some() {
+                    return Ok(());
+                }
+                go_on()?;
+                if grid.position(index).iter().sum::<usize>() % 2 == pass % 2 {
+                    finish(index, &before[index]);
+                } else {
+                    let lobes = problem(index).improve(settings, grid, &before, index, smoothing);
+                    finish(index, &lobes);
+                }
+                Ok(())
+            })?;
+            self.lock().next_pass();
+        }
+
+        let all = self.lock().previous();
+        let texels: Vec<f32> = (0..count)
+            .into_par_iter()
+            .flat_map_iter(|index| problem(index).texel(settings, &all[index]))
+            .collect();
+        if let Some(bad) = texels.iter().position(|x| !x.is_finite()) {
+            return Err(FitError::NotFinite {
+                texel: grid.position(bad / (texels.len() / count)),
+            });
+        }
+        Ok(Table {
+            settings: settings.clone(),
+            texels,
+        })
+    }
+}
+
+/// Fits a table: [`Fit::run`] without a checkpoint.
 ///
 /// # Errors
 /// Settings out of range, cancellation, a texel without a finite fit.
@@ -178,104 +388,45 @@ pub fn fit(
     progress: &(dyn Fn(usize, usize) + Sync),
     cancel: &AtomicBool,
 ) -> Result<Table, FitError> {
-    settings.validate().map_err(FitError::Settings)?;
-    let n = settings.size as usize;
-    let objective = settings.objective();
-    let total = n * n * (1 + settings.sweeps as usize);
-    let done = AtomicUsize::new(0);
-    let advance = || {
-        if cancel.load(Ordering::Relaxed) {
-            return Err(FitError::Cancelled);
-        }
-        progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        Ok(())
-    };
-
-    // March: each column on its own, from normal to grazing view.
-    let columns = (0..n)
-        .into_par_iter()
-        .map(|column| {
-            let mut marched = Vec::with_capacity(n);
-            let mut start = None;
-            for row in 0..n {
-                let problem = Problem::new(settings, objective.as_ref(), column, row);
-                let from = start.unwrap_or_else(|| Coordinates::mirror(&problem.node));
-                let (coordinates, _) = problem.fit(settings, from, None);
-                start = Some(coordinates);
-                marched.push((problem, coordinates));
-                advance()?;
-            }
-            Ok(marched)
-        })
-        .collect::<Result<Vec<_>, FitError>>()?;
-    let mut coordinates = vec![Coordinates([0.0; Coordinates::COUNT]); n * n];
-    for (column, marched) in columns.iter().enumerate() {
-        for (row, (_, c)) in marched.iter().enumerate() {
-            coordinates[row * n + column] = *c;
-        }
-    }
-
-    // Sweeps: every texel reads the previous sweep only, so that their order doesn't matter.
-    for _ in 0..settings.sweeps {
-        coordinates = (0..n * n)
-            .into_par_iter()
-            .map(|i| {
-                let (column, row) = (i % n, i / n);
-                advance()?;
-                Ok(columns[column][row]
-                    .0
-                    .improve(settings, &coordinates, column, row))
-            })
-            .collect::<Result<_, FitError>>()?;
-    }
-
-    let texels: Vec<f32> = (0..n * n)
-        .into_par_iter()
-        .flat_map_iter(|i| columns[i % n][i / n].0.texel(coordinates[i]))
-        .collect();
-    if let Some(bad) = texels.iter().position(|x| !x.is_finite()) {
-        let texel = bad / CHANNELS;
-        return Err(FitError::NotFinite {
-            column: texel % n,
-            row: texel / n,
-        });
-    }
-    Ok(Table {
-        settings: settings.clone(),
-        texels,
-    })
+    Fit::new(settings)?.run(progress, cancel)
 }
 
-/// Fits single texels `(column, row)` again, from the table's own neighbourhood: one more step of
-/// a sweep, which hardly moves a finished table. Returns texels in the table's format.
+/// Fits single texels again, given by their position along each axis, from the table's own
+/// neighbourhood: one more step of a sweep, which hardly moves a finished table. Returns texels in
+/// the table's format.
 ///
 /// # Errors
 /// Settings out of range, a texel outside the table.
-pub fn refit(table: &Table, texels: &[(usize, usize)]) -> Result<Vec<[f32; 8]>, FitError> {
+pub fn refit(table: &Table, texels: &[Vec<usize>]) -> Result<Vec<Vec<f32>>, FitError> {
     let settings = table.settings();
     settings.validate().map_err(FitError::Settings)?;
-    let n = table.size();
-    if let Some((column, row)) = texels.iter().find(|(c, r)| *c >= n || *r >= n) {
-        return Err(FitError::Settings(format!(
-            "texel ({column}, {row}) is outside the table of {n} x {n}"
-        )));
-    }
+    let grid = Grid::new(settings);
     let objective = settings.objective();
+    let layout = table.layout();
+    let channels = table.channel_count();
     texels
         .par_iter()
-        .map(|&(column, row)| {
-            let mut all = vec![Coordinates([0.0; Coordinates::COUNT]); n * n];
-            for (c, r) in [(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)] {
-                let (c, r) = (column.wrapping_add_signed(c), row.wrapping_add_signed(r));
-                if c < n && r < n {
-                    let u = c as f64 / (n - 1) as f64;
-                    let v = r as f64 / (n - 1) as f64;
-                    let (node, _) = Node::new(settings.brdf, u, 1.0 - v * v, 64);
-                    all[r * n + c] = Coordinates::from_ltc(&table.texel(c, r), &node);
-                }
+        .map(|position| {
+            let index = grid.index(position).ok_or_else(|| {
+                FitError::Settings(format!("texel {position:?} is outside the table"))
+            })?;
+            let mut all = vec![Lobes::new(); grid.count()];
+            for near in grid.around(index) {
+                let (brdf, view) = settings.brdf.at(&grid.place(near));
+                let limit = brdf.limit(view);
+                let numbers: Vec<f64> = table.texels()[channels * near..][..channels]
+                    .iter()
+                    .map(|&x| f64::from(x))
+                    .collect();
+                all[near] = layout.unpack(&limit, &numbers)[..settings.lobes as usize]
+                    .iter()
+                    .map(|ltc| Coordinates::from_ltc(ltc, &limit))
+                    .collect();
             }
-            let problem = Problem::new(settings, objective.as_ref(), column, row);
-            Ok(problem.texel(problem.improve(settings, &all, column, row)))
+            let problem = Problem::new(settings, objective.as_ref(), &grid.place(index));
+            let smoothing = settings.smoothing_in(settings.sweeps as usize);
+            let lobes = problem.improve(settings, &grid, &all, index, smoothing);
+            Ok(problem.texel(settings, &lobes))
         })
         .collect()
 }

@@ -2,29 +2,41 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use crate::brdf::{Brdf, LightSample};
+use crate::{
+    brdf::{Brdf, LightSample, schlick_factor},
+    limit::Limit,
+};
 
-/// Isotropic GGX with height-correlated Smith masking-shadowing (Walter et al. 2007; Heitz 2014,
-/// "Understanding the masking-shadowing function", eq. 99), F = 1.
+/// GGX with height-correlated Smith masking-shadowing (Walter et al. 2007; Heitz 2014,
+/// "Understanding the masking-shadowing function", eqs. 84 to 99), F = 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ggx {
-    /// Width, in `(0,1]`.
-    pub alpha: f64,
+    /// Widths along x and y, in `(0,1]`; alike for an isotropic surface.
+    pub alpha: [f64; 2],
 }
 
 impl Ggx {
-    /// Density of the microfacet normals; `sin^2 + alpha^2 cos^2` rather than
-    /// `1 + (alpha^2 - 1) cos^2`, which cancels at small alpha.
+    /// The same width in all directions.
+    pub fn isotropic(alpha: f64) -> Self {
+        Self {
+            alpha: [alpha, alpha],
+        }
+    }
+
+    /// Density of the microfacet normals; written with the sine, as the difference from the cosine
+    /// cancels at small alpha.
     fn distribution(&self, h: DVec3) -> f64 {
-        let a2 = self.alpha * self.alpha;
-        let d = h.x * h.x + h.y * h.y + a2 * h.z * h.z;
-        a2 / (PI * d * d)
+        let [ax, ay] = self.alpha;
+        let (x, y) = (h.x / ax, h.y / ay);
+        let d = x * x + y * y + h.z * h.z;
+        1.0 / (PI * ax * ay * d * d)
     }
 
     /// Smith's auxiliary function.
     fn lambda(&self, w: DVec3) -> f64 {
-        let tan2 = (w.x * w.x + w.y * w.y) / (w.z * w.z);
-        0.5 * ((1.0 + self.alpha * self.alpha * tan2).sqrt() - 1.0)
+        let [ax, ay] = self.alpha;
+        let squared = ((ax * w.x).powi(2) + (ay * w.y).powi(2)) / (w.z * w.z);
+        0.5 * ((1.0 + squared).sqrt() - 1.0)
     }
 }
 
@@ -35,6 +47,14 @@ impl Brdf for Ggx {
         }
         let masking = 1.0 / (1.0 + self.lambda(view) + self.lambda(light));
         self.distribution((view + light).normalize()) * masking / (4.0 * view.z)
+    }
+
+    fn secondary(&self, view: DVec3, light: DVec3) -> f64 {
+        schlick_factor(view, light)
+    }
+
+    fn limit(&self, view: DVec3) -> Limit {
+        Limit::mirror(self.alpha, view)
     }
 
     fn pdf(&self, view: DVec3, light: DVec3) -> f64 {
@@ -50,7 +70,8 @@ impl Brdf for Ggx {
 
     /// Visible normals (Heitz 2018, "Sampling the GGX distribution of visible normals").
     fn sample(&self, view: DVec3, u: [f64; 2]) -> Option<LightSample> {
-        let stretched = DVec3::new(self.alpha * view.x, self.alpha * view.y, view.z).normalize();
+        let [ax, ay] = self.alpha;
+        let stretched = DVec3::new(ax * view.x, ay * view.y, view.z).normalize();
         let across = DVec2::new(-stretched.y, stretched.x).normalize_or(DVec2::X);
         let t1 = across.extend(0.0);
         let t2 = stretched.cross(t1);
@@ -60,7 +81,7 @@ impl Brdf for Ggx {
         let p2 = (1.0 - s) * (1.0 - p1 * p1).max(0.0).sqrt() + s * radius * phi.sin();
         let p3 = (1.0 - p1 * p1 - p2 * p2).max(0.0).sqrt();
         let h = p1 * t1 + p2 * t2 + p3 * stretched;
-        let h = DVec3::new(self.alpha * h.x, self.alpha * h.y, h.z.max(1e-9)).normalize();
+        let h = DVec3::new(ax * h.x, ay * h.y, h.z.max(1e-9)).normalize();
         let light = (2.0 * view.dot(h) * h - view).normalize();
         if light.z <= 0.0 {
             return None;
@@ -78,9 +99,15 @@ mod tests {
     /// Midpoint rule over the hemisphere, independent of `sample` and `pdf`.
     #[test]
     fn sampling_agrees_with_evaluation() {
-        for (alpha, cos_theta) in [(0.3, 0.9_f64), (0.6, 0.4), (1.0, 0.05)] {
+        for (alpha, azimuth, cos_theta) in [
+            ([0.3, 0.3], 0.0_f64, 0.9_f64),
+            ([0.6, 0.6], 0.0, 0.4),
+            ([1.0, 1.0], 0.0, 0.05),
+            ([0.8, 0.2], 0.7, 0.5),
+        ] {
             let brdf = Ggx { alpha };
-            let view = DVec3::new((1.0 - cos_theta * cos_theta).sqrt(), 0.0, cos_theta);
+            let sine = (1.0 - cos_theta * cos_theta).sqrt();
+            let view = DVec3::new(sine * azimuth.cos(), sine * azimuth.sin(), cos_theta);
             let n = 500;
             let (mut albedo, mut first_moment) = (0.0, 0.0);
             for i in 0..n {
@@ -111,7 +138,7 @@ mod tests {
             }
             assert!(
                 (albedo - sampled).abs() < 1e-3,
-                "{alpha}: {albedo} {sampled}"
+                "{alpha:?}: {albedo} {sampled}"
             );
             assert!((first_moment - sampled_moment).abs() < 1e-3);
         }
@@ -123,9 +150,9 @@ mod tests {
             for cos_theta in [1.0, 0.5, 0.00174_f64] {
                 let view = DVec3::new((1.0 - cos_theta * cos_theta).sqrt(), 0.0, cos_theta);
                 for u in [[0.0, 0.0], [0.5, 0.25], [1.0, 0.75], [1.0, 1.0]] {
-                    if let Some(s) = (Ggx { alpha }).sample(view, u) {
+                    if let Some(s) = Ggx::isotropic(alpha).sample(view, u) {
                         assert!(s.light.is_finite() && (0.0..=1.0).contains(&s.weight));
-                        assert!((Ggx { alpha }).eval(view, s.light).is_finite());
+                        assert!(Ggx::isotropic(alpha).eval(view, s.light).is_finite());
                     }
                 }
             }

@@ -1,9 +1,6 @@
 use glam::DVec3;
 
-use crate::{
-    brdf::{Brdf, schlick_factor},
-    polygon::Quad,
-};
+use crate::{brdf::Brdf, polygon::Quad};
 
 /// Directions a block: enough for any SIMD register of today.
 const LANES: usize = 8;
@@ -15,7 +12,7 @@ struct Block {
     y: [f32; LANES],
     z: [f32; LANES],
     weight: [f32; LANES],
-    schlick_weight: [f32; LANES],
+    secondary_weight: [f32; LANES],
 }
 
 /// A BRDF's lobe for one view direction as weighted directions: the truth of polygon integrals.
@@ -27,7 +24,7 @@ struct Block {
 pub struct Lobe {
     blocks: Vec<Block>,
     albedo: f64,
-    schlick_albedo: f64,
+    secondary_albedo: f64,
     mean_direction: DVec3,
 }
 
@@ -37,7 +34,7 @@ impl Lobe {
         let mut lobe = Self {
             blocks: Vec::new(),
             albedo: 0.0,
-            schlick_albedo: 0.0,
+            secondary_albedo: 0.0,
             mean_direction: DVec3::ZERO,
         };
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
@@ -52,9 +49,9 @@ impl Lobe {
                 continue;
             };
             let weight = sample.weight * scale;
-            let schlick_weight = weight * schlick_factor(view, sample.light);
+            let secondary_weight = weight * brdf.secondary(view, sample.light);
             lobe.albedo += weight;
-            lobe.schlick_albedo += schlick_weight;
+            lobe.secondary_albedo += secondary_weight;
             lobe.mean_direction += weight * sample.light;
             if lane == 0 {
                 lobe.blocks.push(Block::default());
@@ -64,12 +61,10 @@ impl Lobe {
                 block.y[lane] = sample.light.y as f32;
                 block.z[lane] = sample.light.z as f32;
                 block.weight[lane] = weight as f32;
-                block.schlick_weight[lane] = schlick_weight as f32;
+                block.secondary_weight[lane] = secondary_weight as f32;
             }
             lane = (lane + 1) % LANES;
         }
-        // Isotropic: symmetric in y, up to the lattice.
-        lobe.mean_direction.y = 0.0;
         lobe.mean_direction = lobe.mean_direction.normalize_or(DVec3::Z);
         lobe
     }
@@ -79,23 +74,23 @@ impl Lobe {
         self.albedo
     }
 
-    /// Directional albedo weighted with Schlick's `(1 - h.v)^5`.
-    pub fn schlick_albedo(&self) -> f64 {
-        self.schlick_albedo
+    /// Directional albedo under the BRDF's second weight.
+    pub fn secondary_albedo(&self) -> f64 {
+        self.secondary_albedo
     }
 
-    /// Mean light direction, unit length, y = 0.
+    /// Mean light direction, unit length.
     pub fn mean_direction(&self) -> DVec3 {
         self.mean_direction
     }
 
-    /// Response to a light of radiance 1, and the same with Schlick's weight.
+    /// Response to a light of radiance 1, and the same under the second weight.
     pub(crate) fn response(&self, light: &Quad) -> [f64; 2] {
         let planes = light.edge_planes().map(DVec3::as_vec3);
         let mut sums = [0.0_f64; 2];
         // Short runs keep f32 sums accurate.
         for run in self.blocks.chunks(64) {
-            let (mut sum, mut schlick_sum) = ([0.0_f32; LANES], [0.0_f32; LANES]);
+            let (mut sum, mut secondary_sum) = ([0.0_f32; LANES], [0.0_f32; LANES]);
             for block in run {
                 for i in 0..LANES {
                     let inside = planes
@@ -104,11 +99,11 @@ impl Lobe {
                         .fold(f32::INFINITY, |least, d| if d < least { d } else { least });
                     let keep = if inside > 0.0 { 1.0 } else { 0.0 };
                     sum[i] += keep * block.weight[i];
-                    schlick_sum[i] += keep * block.schlick_weight[i];
+                    secondary_sum[i] += keep * block.secondary_weight[i];
                 }
             }
             sums[0] += f64::from(sum.iter().sum::<f32>());
-            sums[1] += f64::from(schlick_sum.iter().sum::<f32>());
+            sums[1] += f64::from(secondary_sum.iter().sum::<f32>());
         }
         sums
     }
@@ -119,13 +114,17 @@ mod tests {
     use rand::SeedableRng;
 
     use super::*;
-    use crate::{node::Node, settings::BrdfKind};
+    use crate::{kind::BrdfKind, node::Node};
 
     /// The documented error, against a lattice twenty times finer.
     #[test]
     fn response_is_accurate() {
         for (perceptual_roughness, cos_theta) in [(0.05, 0.9), (0.4, 0.1), (1.0, 0.5)] {
-            let (node, coarse) = Node::new(BrdfKind::Ggx, perceptual_roughness, cos_theta, 10_946);
+            let (node, coarse) = Node::new(
+                BrdfKind::Ggx,
+                &[perceptual_roughness, (1.0 - cos_theta as f64).sqrt()],
+                10_946,
+            );
             let fine = Lobe::new(node.brdf.as_ref(), node.view, 250_000);
             let mut rng = rand_pcg::Pcg32::seed_from_u64(5);
             let (mut sum, mut worst) = (0.0, 0.0_f64);
@@ -147,7 +146,7 @@ mod tests {
     /// The whole upper hemisphere, as two lights, reflects the albedo.
     #[test]
     fn halves_make_the_whole() {
-        let (node, lobe) = Node::new(BrdfKind::Ggx, 0.6, 0.3, 5000);
+        let (node, lobe) = Node::new(BrdfKind::Ggx, &[0.6, 0.7_f64.sqrt()], 5000);
         let far = 1e6;
         let half = |side: f64| {
             let corners = [
@@ -164,7 +163,7 @@ mod tests {
         };
         let (left, right) = (half(-1.0), half(1.0));
         assert!((left[0] + right[0] - node.albedo).abs() < 1e-4);
-        assert!((left[1] + right[1] - node.schlick_albedo).abs() < 1e-4);
+        assert!((left[1] + right[1] - node.secondary_albedo).abs() < 1e-4);
         assert!(
             left[0] > right[0],
             "the light comes from the mirror direction, x < 0"

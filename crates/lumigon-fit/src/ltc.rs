@@ -2,44 +2,46 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-/// One linearly transformed cosine with its amplitudes: what a table lookup returns.
+/// One linearly transformed cosine with its amplitudes. A BRDF's response is the sum over one or
+/// several of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ltc {
-    /// The entries of [`Ltc::shading_to_cosine`] that vary, in the table's order:
-    /// (row 1, column 1), `(1,3)`, `(3,1)`, `(3,3)`, all divided by the middle element `(2,2)`.
-    pub matrix: [f64; 4],
+    /// Maps shading space to the space of the clamped cosine about z; a positive factor does not
+    /// matter, the determinant is positive.
+    pub shading_to_cosine: DMat3,
     /// Response with F = 1 per unit of form factor.
     pub amplitude: f64,
-    /// Response weighted with Schlick's `(1 - h.v)^5`, per unit of form factor. Both together
-    /// make a Fresnel term: [`Ltc::specular`].
-    pub schlick: f64,
+    /// Response under the BRDF's second weight ([`crate::Brdf::secondary`]), per unit of form
+    /// factor: Schlick's `(1 - h.v)^5` where the BRDF has a Fresnel term.
+    pub secondary: f64,
 }
 
 impl Ltc {
-    /// Maps shading space to the space of the clamped cosine about z:
-    /// `[[m0, 0, m1], [0, 1, 0], [m2, 0, m3]]`, row by row.
-    pub fn shading_to_cosine(&self) -> DMat3 {
-        let [a, b, c, d] = self.matrix;
-        DMat3::from_cols(DVec3::new(a, 0.0, c), DVec3::Y, DVec3::new(b, 0.0, d))
+    /// The clamped cosine itself, without amplitude.
+    pub fn cosine() -> Self {
+        Self {
+            shading_to_cosine: DMat3::IDENTITY,
+            amplitude: 0.0,
+            secondary: 0.0,
+        }
     }
 
-    /// Reflectance of a material with Schlick's Fresnel term, per unit of form factor:
-    /// `f0 + (1 - f0) (1 - h.v)^5` integrated against the lobe, in `[0,1]`.
+    /// Reflectance of a material with Schlick's Fresnel term and `F90 = 1`, per unit of form
+    /// factor: `f0 + (1 - f0) (1 - h.v)^5` integrated against the lobe, in `[0,1]`.
     pub fn specular(&self, f0: f64) -> f64 {
-        f0 * self.amplitude + (1.0 - f0) * self.schlick
+        f0 * self.amplitude + (1.0 - f0) * self.secondary
     }
 
     /// The distribution's density at a unit direction of shading space in 1/sr, normalised over
     /// the whole cosine hemisphere (also the part below the true horizon).
     /// Heitz et al. 2016, eq. 1, with the Jacobian of the normalised transformation.
     pub fn density(&self, light: DVec3) -> f64 {
-        let [a, b, c, d] = self.matrix;
-        let w = self.shading_to_cosine() * light;
+        let w = self.shading_to_cosine * light;
         let length2 = w.length_squared();
         if w.z <= 0.0 || length2 <= 0.0 {
             return 0.0;
         }
-        (a * d - b * c).abs() * w.z / (PI * length2 * length2)
+        self.shading_to_cosine.determinant().abs() * w.z / (PI * length2 * length2)
     }
 
     /// Draws from the distribution: a cosine-distributed direction through the inverse matrix.
@@ -50,24 +52,28 @@ impl Ltc {
             radius * phi.sin(),
             (1.0 - u[0]).max(0.0).sqrt(),
         );
-        let [a, b, c, d] = self.matrix;
-        let inverse = DVec3::new(d * w.x - b * w.z, (a * d - b * c) * w.y, a * w.z - c * w.x);
-        inverse.normalize_or(DVec3::Z)
+        // The inverse up to a positive factor.
+        let [a, b, c] = cofactors(&self.shading_to_cosine);
+        (a * w.x + b * w.y + c * w.z).normalize_or(DVec3::Z)
     }
 
     /// Share of the distribution above the true horizon, in `[0.5,1]` for lobes that point upwards:
     /// the cosine's form factor of the lune between both planes, `(1 + cos(angle)) / 2`.
     pub fn share_above_horizon(&self) -> f64 {
-        let [a, _, c, _] = self.matrix;
-        // The horizon's normal in cosine space is M^T n, the last row of the inverse of M^-1;
-        // up to a positive factor (-c, 0, a).
-        let length = a.hypot(c);
-        if length > 0.0 {
-            0.5 * (1.0 + a / length)
-        } else {
-            1.0
-        }
+        // Normals map by the cofactors: the horizon's, z, to their third entries.
+        let normal = DVec3::from(cofactors(&self.shading_to_cosine).map(|row| row.z));
+        0.5 * (1.0 + normal.normalize_or(DVec3::Z).z)
     }
+}
+
+/// Rows of the cofactor matrix: the inverse's columns times the determinant.
+fn cofactors(matrix: &DMat3) -> [DVec3; 3] {
+    let rows = matrix.transpose();
+    [
+        rows.y_axis.cross(rows.z_axis),
+        rows.z_axis.cross(rows.x_axis),
+        rows.x_axis.cross(rows.y_axis),
+    ]
 }
 
 #[cfg(test)]
@@ -76,9 +82,13 @@ mod tests {
 
     fn skewed() -> Ltc {
         Ltc {
-            matrix: [1.3, 0.6, -0.3, 0.5],
+            shading_to_cosine: DMat3::from_cols(
+                DVec3::new(1.3, 0.1, -0.3),
+                DVec3::new(-0.1, 1.0, 0.2),
+                DVec3::new(0.6, 0.0, 0.5),
+            ),
             amplitude: 1.0,
-            schlick: 0.0,
+            secondary: 0.0,
         }
     }
 

@@ -7,10 +7,8 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::{
-    errors::ErrorReport,
-    fit::FitError,
-    settings::Settings,
-    table::{CHANNELS, Table},
+    errors::ErrorReport, fit::FitError, kind::BrdfKind, layout::Layout, settings::Settings,
+    table::Table,
 };
 
 /// Seed of the lights that a manifest's errors are measured on.
@@ -25,8 +23,8 @@ pub struct Manifest {
     pub sha256: String,
     /// Command that makes the table again.
     pub command: String,
-    /// Texels a side.
-    pub size: u32,
+    /// Texels along each axis, the first the fastest.
+    pub sizes: Vec<usize>,
     /// Numbers a texel, in order.
     pub channels: Vec<String>,
     /// Meaning of the axes.
@@ -35,7 +33,7 @@ pub struct Manifest {
     pub texel_rule: String,
     /// Frame of the matrix.
     pub frame: String,
-    /// How the four numbers make the matrix.
+    /// Peak space, the scale s, and how numbers make the matrix.
     pub normalisation: String,
     /// How a response is computed.
     pub response: String,
@@ -54,18 +52,13 @@ impl Manifest {
             file: format!("{name}.f32"),
             sha256: hash(bytes),
             command: command.into(),
-            size: table.settings.size,
-            channels: ["m11", "m13", "m31", "m33", "amplitude", "schlick", "zero", "zero"]
-                .map(String::from)
-                .into(),
-            axes: vec![
-                "x (column, fastest): perceptual_roughness, 0 to 1; alpha = max(perceptual_roughness^2, 1e-4)".into(),
-                "y (row): sqrt(1 - cos theta_view), 0 to 1; theta_view at most 89.9 degrees".into(),
-            ],
-            texel_rule: "texel centres on the ends: u in [0,1] is texel position u * (size - 1); bilinear".into(),
-            frame: "shading space: z = normal, view = (sin theta_view, 0, cos theta_view)".into(),
-            normalisation: "shading_to_cosine = [[m11, 0, m13], [0, 1, 0], [m31, 0, m33]] row by row: divided by its MIDDLE element (row 2, column 2), not by m33".into(),
-            response: "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space; F = 1: amplitude * form_factor; weighted with (1 - h.v)^5: schlick * form_factor; Schlick's Fresnel: (f0 * amplitude + (1 - f0) * schlick) * form_factor".into(),
+            sizes: table.sizes(),
+            channels: table.layout().channels(),
+            axes: table.brdf().axes().iter().map(|&axis| axis.into()).collect(),
+            texel_rule: "texel centres on the ends: u in [0,1] is texel position u * (size - 1) along each axis; linear between".into(),
+            frame: frame(table.brdf()).into(),
+            normalisation: table.layout().normalisation().into(),
+            response: response(table.brdf()).into(),
             settings: table.settings.clone(),
             errors: table.errors([0.1, 1.0], TEST_SEED, 1024, 64),
             errors_smooth: table.errors([0.02, 0.1], TEST_SEED, 256, 64),
@@ -73,7 +66,7 @@ impl Manifest {
     }
 
     pub(crate) fn write(table: &Table, folder: &Path, command: &str) -> Result<Self, FitError> {
-        let name = format!("ggx-{}", table.size());
+        let name = table.settings.name();
         let bytes: Vec<u8> = table.texels.iter().flat_map(|x| x.to_le_bytes()).collect();
         let manifest = Self::new(table, &name, &bytes, command);
         write_whole(&folder.join(&manifest.file), &bytes)?;
@@ -100,12 +93,14 @@ impl Manifest {
         self.settings
             .validate()
             .map_err(|problem| malformed(manifest, problem))?;
-        if self.size != self.settings.size {
+        let sizes = self.settings.brdf.sizes(self.settings.size);
+        let channels = Layout::new(&self.settings).channels();
+        if self.sizes != sizes || self.channels != channels {
             return Err(malformed(
                 manifest,
                 format!(
-                    "size is {} but settings.size is {}",
-                    self.size, self.settings.size
+                    "sizes {:?} and channels {:?} are not those of its settings, {sizes:?} and {channels:?}",
+                    self.sizes, self.channels
                 ),
             ));
         }
@@ -118,7 +113,7 @@ impl Manifest {
             ));
         }
         let path = manifest.with_file_name(file);
-        let expected = self.size as usize * self.size as usize * CHANNELS * 4;
+        let expected = sizes.iter().product::<usize>() * channels.len() * 4;
         let found = std::fs::metadata(&path)
             .map_err(|source| io(&path, source))?
             .len();
@@ -151,6 +146,36 @@ impl Manifest {
             settings: self.settings.clone(),
             texels,
         })
+    }
+}
+
+/// Frames, and the scale that is taken out of a matrix.
+fn frame(brdf: BrdfKind) -> &'static str {
+    match brdf {
+        BrdfKind::Ggx => {
+            "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_peak turns the mirrored view into z, rows (cos, 0, sin), (0, 1, 0), (-sin, 0, cos) of theta_view. s = alpha"
+        }
+        BrdfKind::GgxAnisotropic => {
+            "shading space: z = normal, x along the greater width alpha_x. shading_to_peak turns the mirrored view into z about the axis at right angles to both. s = 2 alpha_x alpha_y / (alpha_x + alpha_y)"
+        }
+        BrdfKind::Charlie | BrdfKind::Eon => {
+            "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_peak = 1, s = 1"
+        }
+    }
+}
+
+/// How a texel's lobes make a response.
+fn response(brdf: BrdfKind) -> &'static str {
+    match brdf {
+        BrdfKind::Ggx | BrdfKind::GgxAnisotropic => {
+            "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space. Summed over lobes: F = 1: amplitude * form_factor; weighted with (1 - h.v)^5: schlick * form_factor; Schlick's Fresnel: (f0 * (amplitude - schlick) + f90 * schlick) * form_factor"
+        }
+        BrdfKind::Charlie => {
+            "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space. Summed over lobes: amplitude * form_factor. Lobe \"cosine\": shading_to_cosine = 1"
+        }
+        BrdfKind::Eon => {
+            "form_factor = E / pi in [0,1] of shading_to_cosine * polygon, clipped by the true horizon and by z > 0 of cosine space. Summed over lobes: (rho * amplitude + rho_ms * multiple_scattering) * form_factor, rho_ms = rho^2 <E> / (1 - rho (1 - <E>)). Lobe \"cosine\": shading_to_cosine = 1"
+        }
     }
 }
 

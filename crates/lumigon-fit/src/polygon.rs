@@ -33,7 +33,7 @@ impl Quad {
             anywhere
         };
         let smallest = if aimed {
-            (0.5 * node.widths()[1]).min(0.1)
+            (0.5 * node.limit.narrowest()).min(0.1)
         } else {
             0.05
         };

@@ -1,27 +1,9 @@
-use std::sync::Arc;
-
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    brdf::Brdf, coordinates::Parametrisation, density::Density, ggx::Ggx, integral::Integral,
+    coordinates::Parametrisation, density::Density, integral::Integral, kind::BrdfKind,
     objective::Objective,
 };
-
-/// Which BRDF a table holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum BrdfKind {
-    /// Isotropic GGX, height-correlated Smith, F = 1.
-    Ggx,
-}
-
-impl BrdfKind {
-    pub(crate) fn with_alpha(self, alpha: f64) -> Arc<dyn Brdf> {
-        match self {
-            Self::Ggx => Arc::new(Ggx { alpha }),
-        }
-    }
-}
 
 /// Which objective a fit minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,8 +21,14 @@ pub enum ObjectiveKind {
 pub struct Settings {
     /// The BRDF.
     pub brdf: BrdfKind,
-    /// Texels a side, in `[2,512]`.
+    /// Texels along the longest axes, in `[2,512]` (`[2,64]` for four axes);
+    /// [`BrdfKind::sizes`] has them all.
     pub size: u32,
+    /// Lobes of their own a texel, 1 or 2.
+    pub lobes: u32,
+    /// One more lobe: the clamped cosine itself, which costs no form factor where diffuse light is
+    /// computed anyway ([`Integral`]).
+    pub cosine: bool,
     /// What is minimised.
     pub objective: ObjectiveKind,
     /// What moves.
@@ -54,33 +42,72 @@ pub struct Settings {
     pub samples: u32,
     /// Whole-table sweeps after the first march, at most 64.
     pub sweeps: u32,
-    /// Weight of the pull towards the neighbours' mean in the sweeps, >= 0.
+    /// Weight of the pull towards the neighbours' mean in the last sweep, >= 0; every sweep before
+    /// pulls twice as hard as the next, up to 16 times as hard, which draws neighbours together
+    /// that have settled in different minima.
     pub smoothing: f64,
     /// Weight of the white furnace among the residuals, >= 0 ([`Integral`]).
     pub furnace: f64,
-    /// Weight of the Schlick-weighted responses, >= 0 ([`Integral`]).
-    pub schlick: f64,
+    /// Weight of the responses under the second weight, >= 0 ([`Integral`]).
+    pub secondary: f64,
+    /// Response below which errors count as absolute, in `[1e-6,1]` ([`Integral`]).
+    pub floor: f64,
 }
 
 impl Default for Settings {
+    /// One lobe and the cosine for isotropic GGX: the shipped table.
     fn default() -> Self {
         Self {
             brdf: BrdfKind::Ggx,
-            size: 64,
+            size: 32,
+            lobes: 1,
+            cosine: true,
             objective: ObjectiveKind::Integral,
             parametrisation: Parametrisation::Free,
             seed: 1,
             directions: 10_946,
             samples: 320,
-            sweeps: 2,
+            sweeps: 3,
             smoothing: 0.03,
             furnace: 1.0,
-            schlick: 0.5,
+            secondary: 0.5,
+            floor: 0.05,
         }
     }
 }
 
 impl Settings {
+    /// What suits a BRDF, fitted on integrals with one lobe or two: each shipped table's settings.
+    pub fn of(brdf: BrdfKind, lobes: u32) -> Self {
+        let base = Self {
+            brdf,
+            lobes,
+            cosine: lobes == 1,
+            ..Self::default()
+        };
+        match brdf {
+            BrdfKind::Ggx if lobes > 1 => Self {
+                sweeps: 6,
+                smoothing: 0.06,
+                ..base
+            },
+            BrdfKind::Ggx | BrdfKind::Eon => base,
+            // A dim lobe on which the cosine is of no use.
+            BrdfKind::Charlie => Self {
+                cosine: false,
+                floor: 0.005,
+                ..base
+            },
+            BrdfKind::GgxAnisotropic => Self {
+                size: 16,
+                cosine: false,
+                samples: 200,
+                sweeps: 2,
+                ..base
+            },
+        }
+    }
+
     /// The published recipe: pointwise density in the lobe's mean-direction frame.
     pub fn published() -> Self {
         Self {
@@ -88,8 +115,19 @@ impl Settings {
             parametrisation: Parametrisation::MeanDirection,
             samples: 1024,
             sweeps: 0,
+            size: 64,
+            cosine: false,
             ..Self::default()
         }
+    }
+
+    /// Name of the table's files: the BRDF, its lobes if several, and the size.
+    pub fn name(&self) -> String {
+        let lobes = match self.lobes {
+            1 => String::new(),
+            lobes => format!("-{lobes}"),
+        };
+        format!("{}{lobes}-{}", self.brdf.name(), self.size)
     }
 
     pub(crate) fn objective(&self) -> Box<dyn Objective> {
@@ -101,9 +139,17 @@ impl Settings {
                 samples: self.samples,
                 seed: self.seed,
                 furnace: self.furnace,
-                schlick: self.schlick,
+                secondary: self.secondary,
+                floor: self.floor,
+                cosine: self.cosine,
             }),
         }
+    }
+
+    /// Weight of the pull in a sweep, counted from 1.
+    pub(crate) fn smoothing_in(&self, sweep: usize) -> f64 {
+        let before_last = (self.sweeps as usize).saturating_sub(sweep).min(4);
+        self.smoothing * f64::from(1_u32 << before_last)
     }
 
     /// Names the first value outside its range.
@@ -115,14 +161,25 @@ impl Settings {
                 Err(format!("{name} is {value}; choose {low} to {high}"))
             }
         };
-        in_range("size", self.size, 2, 512)?;
+        let greatest = if self.brdf.axes().len() > 2 { 64 } else { 512 };
+        in_range("size", self.size, 2, greatest)?;
+        in_range("lobes", self.lobes, 1, 2)?;
+        if self.cosine && self.objective == ObjectiveKind::Density {
+            return Err("cosine is for the integral objective".into());
+        }
+        if !self.brdf.is_isotropic() && self.lobes > 1 {
+            return Err("lobes is 2; an anisotropic table has 1".into());
+        }
+        if !(1e-6..=1.0).contains(&self.floor) {
+            return Err(format!("floor is {}; choose 1e-6 to 1", self.floor));
+        }
         in_range("directions", self.directions, 64, 1 << 20)?;
         in_range("samples", self.samples, 8, 1 << 16)?;
         in_range("sweeps", self.sweeps, 0, 64)?;
         for (name, value) in [
             ("smoothing", self.smoothing),
             ("furnace", self.furnace),
-            ("schlick", self.schlick),
+            ("secondary", self.secondary),
         ] {
             if !(0.0..=1e6).contains(&value) {
                 return Err(format!("{name} is {value}; choose 0 to 1e6"));

@@ -1,21 +1,18 @@
 //! The surface's layered BRDF for one view: lobes, their weights, and how directions are drawn from them.
 
-use std::ops::{Add, AddAssign, Mul};
-
 use glam::{DVec2, DVec3};
 
 use crate::albedo::{charlie_albedo, ggx_albedos};
 use crate::charlie::{charlie_distribution, charlie_visibility_cosine};
 use crate::eon::{eon, eon_multiple_scattering_albedo};
+use crate::frame::Frame;
 use crate::ggx::{ggx_distribution, ggx_visibility, schlick_weight};
+use crate::lobes::Lobes;
 use crate::sampling::{
     Random, charlie_reflection, charlie_reflection_density, cosine_density, cosine_hemisphere,
     ggx_reflection, ggx_reflection_density, uniform_density, uniform_hemisphere,
 };
 use crate::scene::Surface;
-
-/// Cosine given to views at or below the shading horizon, which interpolated normals and normal maps produce.
-const LOWEST_VIEW: f64 = 1e-4;
 
 /// Width below which a GGX lobe counts as this wide: a true mirror has no density to sample.
 const SMALLEST_ALPHA: f64 = 1e-4;
@@ -26,48 +23,6 @@ const SMALLEST_SHEEN_ALPHA: f64 = 1e-6;
 /// Least share of continued paths for each technique in use: the shares are rough, and any may be the one that finds
 /// the light.
 const LEAST_SHARE: f64 = 0.1;
-
-/// An RGB quantity kept apart by the lobe of the first surface that reflected it.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Lobes {
-    pub(crate) diffuse: DVec3,
-    /// GGX, sheen and clearcoat.
-    pub(crate) specular: DVec3,
-}
-
-impl Lobes {
-    pub(crate) fn sum(self) -> DVec3 {
-        self.diffuse + self.specular
-    }
-}
-
-impl Add for Lobes {
-    type Output = Self;
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            diffuse: self.diffuse + other.diffuse,
-            specular: self.specular + other.specular,
-        }
-    }
-}
-
-impl AddAssign for Lobes {
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-impl Mul<DVec3> for Lobes {
-    type Output = Self;
-
-    fn mul(self, colour: DVec3) -> Self {
-        Self {
-            diffuse: self.diffuse * colour,
-            specular: self.specular * colour,
-        }
-    }
-}
 
 /// How a direction can be drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,38 +37,6 @@ enum Technique {
     Charlie,
     /// The clearcoat's visible normals.
     Clearcoat,
-}
-
-/// A shading frame with the view in it.
-struct Frame {
-    /// Rows of the rotation into the frame; the last is the normal.
-    world_to_shading: [DVec3; 3],
-    /// Unit, raised to [`LOWEST_VIEW`] where it was lower.
-    view: DVec3,
-}
-
-impl Frame {
-    fn new(normal: DVec3, tangent: DVec3, view: DVec3) -> Self {
-        let (x, y) = match (tangent - normal * normal.dot(tangent)).try_normalize() {
-            Some(x) => (x, normal.cross(x)),
-            None => normal.any_orthonormal_pair(),
-        };
-        let world_to_shading = [x, y, normal];
-        let view = DVec3::from(world_to_shading.map(|row| row.dot(view)));
-        Self {
-            world_to_shading,
-            view: view.with_z(view.z.max(LOWEST_VIEW)).normalize(),
-        }
-    }
-
-    fn to_shading(&self, direction: DVec3) -> DVec3 {
-        DVec3::from(self.world_to_shading.map(|row| row.dot(direction)))
-    }
-
-    fn to_world(&self, direction: DVec3) -> DVec3 {
-        let [x, y, z] = self.world_to_shading;
-        x * direction.x + y * direction.y + z * direction.z
-    }
 }
 
 /// The diffuse lobe: EON of the base colour, scaled by what gets past the layers over it.
@@ -234,9 +157,8 @@ impl Bsdf {
 
     /// The shading normal, and the clearcoat's where there is one: above either, light may be reflected.
     pub(crate) fn normals(&self) -> (DVec3, Option<DVec3>) {
-        let normal = |frame: &Frame| frame.world_to_shading[2];
-        let clearcoat = self.clearcoat.as_ref().map(|coat| normal(&coat.frame));
-        (normal(&self.frame), clearcoat)
+        let clearcoat = self.clearcoat.as_ref().map(|coat| coat.frame.normal());
+        (self.frame.normal(), clearcoat)
     }
 
     /// What the clearcoat lets through of light emitted beneath it.

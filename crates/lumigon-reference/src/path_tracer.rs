@@ -10,9 +10,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::bsdf::{Bsdf, Lobes};
+use crate::bsdf::Bsdf;
 use crate::emitter::EmitterPoint;
 use crate::estimate::{Channel, Estimate, Moments, Welford};
+use crate::lobes::Lobes;
 use crate::sampling::Random;
 use crate::scene::{Ray, Scene, Surface};
 use crate::settings::{RenderError, Settings};

@@ -1,91 +1,176 @@
 //! Fitted lobes, looked up by roughness and view angle.
+//!
+//! What a table stores is a lobe relative to what its BRDF tends to: GGX tends to a lobe about the
+//! mirrored view whose width is of the order of alpha, so a GGX matrix is stored about that
+//! direction, its third column and row divided by alpha. The direction and alpha are known exactly
+//! at every point; interpolating them too would need tables fine enough to resolve a mirror.
 
 use alloc::vec::Vec;
 
+use crate::anisotropic_ltc::AnisotropicLtc;
+use crate::ggx::MINIMUM_ALPHA;
 use crate::ltc::Ltc;
+use crate::real::Real;
+use crate::vec3::Vec3;
 
-/// Numbers a texel holds: the four of [`Ltc::shading_to_cosine`], the amplitude, the
-/// Schlick-weighted amplitude and two spare.
-const TEXEL: usize = 8;
+/// Cosine of 89.9 degrees, the last row of every table: at 90 degrees lobes degenerate.
+const LEAST_COSINE: f32 = 0.001_745_328_4;
 
-/// A square table of lobes for an isotropic BRDF.
+/// The lobes that stand for a BRDF at one point, seen from one direction: its response is their sum.
+///
+/// [`Ltc::schlick`] holds the second weight of the table's BRDF: Schlick's (1 - h.v)^5 for GGX, the
+/// multiple scattering for EON, 0 for Charlie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LtcSum<const LOBES: usize> {
+    /// Lobes of their own, in the shading frame.
+    pub lobes: [Ltc<f32>; LOBES],
+    /// One more lobe, [`Ltc::cosine`]: its form factor is the surface's own
+    /// [`form_factor`](crate::form_factor), which diffuse light has at hand. Amplitudes of 0 where
+    /// the table has none.
+    pub cosine: Ltc<f32>,
+}
+
+impl<const LOBES: usize> LtcSum<LOBES> {
+    /// Every lobe, the cosine last.
+    pub fn iter(&self) -> impl Iterator<Item = &Ltc<f32>> {
+        self.lobes.iter().chain([&self.cosine])
+    }
+
+    /// Directional albedo, F = 1.
+    pub fn albedo(&self) -> f32 {
+        self.iter()
+            .map(|lobe| lobe.amplitude * lobe.share_above_horizon())
+            .sum()
+    }
+
+    /// Directional albedo under the second weight.
+    pub fn schlick_albedo(&self) -> f32 {
+        self.iter()
+            .map(|lobe| lobe.schlick * lobe.share_above_horizon())
+            .sum()
+    }
+}
+
+/// What a table's matrices are relative to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Frame {
+    /// About the mirrored view, third column and row in units of alpha.
+    Mirror,
+    /// About the normal.
+    Normal,
+}
+
+/// A square table of lobes for an isotropic BRDF, `LOBES` of them a texel.
 ///
 /// Columns: perceptual roughness from 0 to 1. Rows: sqrt(1 - cos theta) of the view from 0 to 1.
 /// Nodes lie on the ends: coordinate u is at u (size - 1). Lookup is bilinear.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LtcTable {
+pub struct LtcTable<const LOBES: usize> {
     size: usize,
-    texels: Vec<[f32; TEXEL]>,
+    frame: Frame,
+    texels: Vec<f32>,
+}
+
+/// A table of lobes for GGX with two widths.
+///
+/// Axes, each from 0 to 1 with nodes on the ends: square root of the greater width alpha_x; square
+/// root of alpha_y / alpha_x; sqrt(1 - cos theta) of the view; its azimuth from x over pi/2. Lookup
+/// is linear along each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AnisotropicLtcTable {
+    sizes: [usize; 4],
+    texels: Vec<f32>,
 }
 
 /// Why bytes are not a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LtcTableError {
-    /// The length is not that of a square table of at least 2 x 2 texels of 8 f32.
-    #[error("a table of {length} bytes is not square: 32 size^2 bytes are wanted, size at least 2")]
+    /// The length is not that of a table of this shape.
+    #[error("{length} bytes are not a table of {channels} f32 a texel with at least 2 texels a side: export the table again")]
     Length {
         /// Number of bytes.
         length: usize,
+        /// Numbers a texel.
+        channels: usize,
     },
     /// A texel is not a lobe.
-    #[error("the texel at column {column}, row {row} is not a lobe: refit the table")]
+    #[error("the texel at index {index} is not a lobe: refit the table")]
     Texel {
-        /// Which column, from 0.
-        column: usize,
-        /// Which row, from 0.
-        row: usize,
+        /// Which texel, from 0, the first axis fastest.
+        index: usize,
     },
 }
 
-impl LtcTable {
-    /// The table for GGX with height-correlated Smith shadowing that ships with the library:
-    /// `tables/ggx-64.f32`, whose manifest tells how it was fitted and how far it errs.
+macro_rules! shipped {
+    ($name:literal) => {
+        include_bytes!(concat!("../../../tables/", $name, ".f32"))
+    };
+}
+
+const SHIPPED: &str = "the shipped table is checked by a test";
+
+impl LtcTable<1> {
+    /// GGX with height-correlated Smith shadowing, one lobe and the cosine: `tables/ggx-32.f32`,
+    /// whose manifest tells how it was fitted and how far it errs.
     pub fn ggx() -> Self {
-        Self::from_bytes(include_bytes!("../../../tables/ggx-64.f32"))
-            .expect("the shipped table is checked by a test")
+        Self::new(shipped!("ggx-32"), Frame::Mirror).expect(SHIPPED)
     }
 
-    /// A table from little-endian f32, rows one after the other, 8 numbers a texel.
+    /// The sheen of `KHR_materials_sheen`, one lobe: `tables/charlie-32.f32`.
+    pub fn charlie() -> Self {
+        Self::new(shipped!("charlie-32"), Frame::Normal).expect(SHIPPED)
+    }
+
+    /// EON rough diffuse reflection, one lobe and the cosine: `tables/eon-32.f32`. Columns are the
+    /// model's roughness; for a reflectance rho, a lobe's response is
+    /// `rho * amplitude + rho_ms * schlick` with [`eon_multiple_albedo`](crate::eon_multiple_albedo)
+    /// rho_ms.
+    pub fn eon() -> Self {
+        Self::new(shipped!("eon-32"), Frame::Normal).expect(SHIPPED)
+    }
+
+    /// A GGX table from little-endian f32, rows one after the other, 8 numbers a texel: k11, k13,
+    /// k31, k33, amplitude and Schlick amplitude of the lobe, then of the cosine.
     ///
     /// # Errors
-    /// Where the length is wrong or a texel is not a lobe: not finite, or M^-1 not orientation
+    /// Where the length is wrong or a texel is not a lobe: not finite, or its map not orientation
     /// preserving.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, LtcTableError> {
-        let count = bytes.len() / (4 * TEXEL);
-        let size = libm::sqrt(count as f64) as usize;
-        if size < 2 || size * size * 4 * TEXEL != bytes.len() {
-            return Err(LtcTableError::Length {
-                length: bytes.len(),
+        Self::new(bytes, Frame::Mirror)
+    }
+}
+
+impl LtcTable<2> {
+    /// GGX with height-correlated Smith shadowing, two lobes: `tables/ggx-2-32.f32`. About a third
+    /// of the error, for a second form factor.
+    pub fn ggx_2() -> Self {
+        Self::new(shipped!("ggx-2-32"), Frame::Mirror).expect(SHIPPED)
+    }
+}
+
+impl<const LOBES: usize> LtcTable<LOBES> {
+    /// Numbers a texel: four of a matrix and two amplitudes a lobe, in fours. What is left over
+    /// holds the cosine's amplitudes.
+    const CHANNELS: usize = (6 * LOBES).next_multiple_of(4);
+
+    fn new(bytes: &[u8], frame: Frame) -> Result<Self, LtcTableError> {
+        let channels = Self::CHANNELS;
+        let size = libm::sqrt((bytes.len() / (4 * channels)) as f64) as usize;
+        let texels = numbers(bytes, size * size, channels, size)?;
+        for (index, texel) in texels.chunks_exact(channels).enumerate() {
+            let is_lobe = (0..LOBES).all(|lobe| {
+                let [k11, k13, k31, k33] = matrix(texel, lobe);
+                k11 > 0.0 && k11 * k33 - k13 * k31 > 0.0
             });
-        }
-        let texels: Vec<[f32; TEXEL]> = bytes
-            .chunks_exact(4 * TEXEL)
-            .map(|texel| {
-                core::array::from_fn(|i| {
-                    let number = [
-                        texel[4 * i],
-                        texel[4 * i + 1],
-                        texel[4 * i + 2],
-                        texel[4 * i + 3],
-                    ];
-                    f32::from_le_bytes(number)
-                })
-            })
-            .collect();
-        for (i, &[m11, m13, m31, m33, amplitude, schlick, ..]) in texels.iter().enumerate() {
-            let numbers = [m11, m13, m31, m33, amplitude, schlick];
-            let is_lobe = numbers.iter().all(|x| x.is_finite())
-                && m11 > 0.0
-                && m11 * m33 - m13 * m31 > 0.0
-                && amplitude >= 0.0;
-            if !is_lobe {
-                return Err(LtcTableError::Texel {
-                    column: i % size,
-                    row: i / size,
-                });
+            if !is_lobe || texel[4 * LOBES..].iter().any(|&amplitude| amplitude < 0.0) {
+                return Err(LtcTableError::Texel { index });
             }
         }
-        Ok(Self { size, texels })
+        Ok(Self {
+            size,
+            frame,
+            texels,
+        })
     }
 
     /// Texels along each side.
@@ -93,30 +178,17 @@ impl LtcTable {
         self.size
     }
 
-    /// The lobe for a perceptual roughness in \[0, 1\] and the cosine of the view angle in
+    /// The lobes for a perceptual roughness in \[0, 1\] and the cosine of the view angle in
     /// \[0, 1\]; arguments outside are clamped, NaN is taken for 0.
     #[inline]
-    pub fn lookup(&self, perceptual_roughness: f32, cos_view: f32) -> Ltc<f32> {
-        let last = (self.size - 1) as f32;
-        let place = |u: f32| {
-            let u = (if u > 0.0 { u.min(1.0) } else { 0.0 }) * last;
-            let cell = (u as usize).min(self.size - 2);
-            (cell, u - cell as f32)
-        };
-        let cos_view = if cos_view > 0.0 {
-            cos_view.min(1.0)
-        } else {
-            0.0
-        };
-        let (column, s) = place(perceptual_roughness);
-        let (row, t) = place(crate::real::Real::sqrt(1.0 - cos_view));
+    pub fn lookup(&self, perceptual_roughness: f32, cos_view: f32) -> LtcSum<LOBES> {
+        let perceptual_roughness = unit(perceptual_roughness);
+        let cosine = unit(cos_view);
+        let (column, s) = place(perceptual_roughness, self.size);
+        let (row, t) = place(Real::sqrt(1.0 - cosine), self.size);
         let first = row * self.size + column;
-        let corners = [
-            &self.texels[first],
-            &self.texels[first + 1],
-            &self.texels[first + self.size],
-            &self.texels[first + self.size + 1],
-        ];
+        let corners = [first, first + 1, first + self.size, first + self.size + 1]
+            .map(|i| &self.texels[i * Self::CHANNELS..][..Self::CHANNELS]);
         let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
         let value = |i: usize| {
             weights[0] * corners[0][i]
@@ -124,10 +196,232 @@ impl LtcTable {
                 + weights[2] * corners[2][i]
                 + weights[3] * corners[3][i]
         };
-        Ltc {
-            shading_to_cosine: [value(0), value(1), value(2), value(3)],
-            amplitude: value(4),
-            schlick: value(5),
+        let amplitude = 4 * LOBES;
+        let lobes = core::array::from_fn(|lobe| Ltc {
+            shading_to_cosine: self.frame.matrix(
+                core::array::from_fn(|i| value(4 * lobe + i)),
+                perceptual_roughness,
+                cosine,
+            ),
+            amplitude: value(amplitude + 2 * lobe),
+            schlick: value(amplitude + 2 * lobe + 1),
+        });
+        let mut term = Ltc::cosine(0.0);
+        term.amplitude = 0.0;
+        if Self::CHANNELS >= 6 * LOBES + 2 {
+            term.amplitude = value(6 * LOBES);
+            term.schlick = value(6 * LOBES + 1);
+        }
+        LtcSum {
+            lobes,
+            cosine: term,
         }
     }
+}
+
+impl Frame {
+    /// From what is stored to the shading frame.
+    #[inline]
+    fn matrix(
+        self,
+        [k11, k13, k31, k33]: [f32; 4],
+        perceptual_roughness: f32,
+        cos_view: f32,
+    ) -> [f32; 4] {
+        if self == Self::Normal {
+            return [k11, k13, k31, k33];
+        }
+        let alpha = (perceptual_roughness * perceptual_roughness).max(MINIMUM_ALPHA as f32);
+        let (k13, k31, k33) = (alpha * k13, alpha * k31, alpha * k33);
+        // The mirrored view becomes z.
+        let cosine = cos_view.max(LEAST_COSINE);
+        let sine = Real::sqrt((1.0 - cosine) * (1.0 + cosine));
+        [
+            k11 * cosine - k13 * sine,
+            k11 * sine + k13 * cosine,
+            k31 * cosine - k33 * sine,
+            k31 * sine + k33 * cosine,
+        ]
+    }
+}
+
+impl AnisotropicLtcTable {
+    const CHANNELS: usize = 12;
+    const SIZES: [usize; 4] = [16, 8, 16, 8];
+
+    /// GGX with height-correlated Smith shadowing: `tables/ggx-anisotropic-16.f32`.
+    pub fn ggx() -> Self {
+        Self::from_bytes(shipped!("ggx-anisotropic-16"), Self::SIZES).expect(SHIPPED)
+    }
+
+    /// A table from little-endian f32, the first axis fastest, 12 numbers a texel: k11, k12, k13,
+    /// k23, k31, k32, k33, amplitude, Schlick amplitude, three spare.
+    ///
+    /// # Errors
+    /// Where the length is wrong or a texel is not a lobe.
+    pub fn from_bytes(bytes: &[u8], sizes: [usize; 4]) -> Result<Self, LtcTableError> {
+        let least = sizes.into_iter().min().unwrap_or(0);
+        let count = sizes
+            .into_iter()
+            .try_fold(1_usize, usize::checked_mul)
+            .unwrap_or(0);
+        let texels = numbers(bytes, count, Self::CHANNELS, least)?;
+        for (index, texel) in texels.chunks_exact(Self::CHANNELS).enumerate() {
+            let [k11, k12] = [texel[0], texel[1]];
+            let is_lobe = k11 > 0.0
+                && k11 * (2.0 - k11) - k12 * k12 > 0.0
+                && determinant(symmetric(texel)) > 0.0
+                && texel[7] >= 0.0
+                && texel[8] >= 0.0;
+            if !is_lobe {
+                return Err(LtcTableError::Texel { index });
+            }
+        }
+        Ok(Self { sizes, texels })
+    }
+
+    /// The lobe for the widths along x and y, in \[0, 1\], and the unit vector to the viewer in the
+    /// same frame, z the normal. Widths are clamped, to at least [`MINIMUM_ALPHA`]; views below the
+    /// horizon count as grazing.
+    #[inline]
+    pub fn lookup(&self, alpha: [f32; 2], view: Vec3<f32>) -> AnisotropicLtc<f32> {
+        let alpha = alpha.map(|alpha| unit(alpha).max(MINIMUM_ALPHA as f32));
+        // The table has the greater width along x, and one quadrant of azimuths.
+        let turned = alpha[1] > alpha[0];
+        let (alpha, view) = if turned {
+            (
+                [alpha[1], alpha[0]],
+                Vec3::new(view.y, -view.x, view.z),
+            )
+        } else {
+            (alpha, view)
+        };
+        let sign = |x: f32| if x < 0.0 { -1.0 } else { 1.0 };
+        let (sx, sy) = (sign(view.x), sign(view.y));
+        let azimuth = libm::atan2f(view.y.abs(), view.x.abs());
+        let cosine = unit(view.z);
+        let places = [
+            Real::sqrt(alpha[0]),
+            Real::sqrt(alpha[1] / alpha[0]),
+            Real::sqrt(1.0 - cosine),
+            azimuth * core::f32::consts::FRAC_2_PI,
+        ];
+        let mut numbers = [0.0; Self::CHANNELS];
+        let cells: [(usize, f32); 4] =
+            core::array::from_fn(|axis| place(unit(places[axis]), self.sizes[axis]));
+        for corner in 0..16_usize {
+            let (mut index, mut stride, mut weight) = (0, 1, 1.0);
+            for (axis, (cell, fraction)) in cells.iter().enumerate() {
+                let high = (corner >> axis) & 1;
+                index += (cell + high) * stride;
+                stride *= self.sizes[axis];
+                weight *= if high == 1 { *fraction } else { 1.0 - fraction };
+            }
+            let texel = &self.texels[index * Self::CHANNELS..][..Self::CHANNELS];
+            for (number, x) in numbers.iter_mut().zip(texel) {
+                *number += weight * x;
+            }
+        }
+        let scale = 2.0 * alpha[0] * alpha[1] / (alpha[0] + alpha[1]);
+        let mut rows = symmetric(&numbers);
+        for (i, row) in rows.iter_mut().enumerate() {
+            for (j, entry) in row.iter_mut().enumerate() {
+                if (i == 2) || (j == 2) {
+                    *entry *= scale;
+                }
+                let mirrored = |k: usize| [sx, sy, 1.0][k];
+                *entry *= mirrored(i) * mirrored(j);
+            }
+        }
+        // The mirrored view becomes z, by a turn about the axis at right angles to both.
+        let rows = rows.map(|row| about_mirror(row, view, cosine.max(LEAST_COSINE)));
+        // A turned frame's x is y, its y is -x.
+        let rows = if turned {
+            rows.map(|[x, y, z]| [-y, x, z])
+        } else {
+            rows
+        };
+        AnisotropicLtc {
+            shading_to_cosine: rows,
+            amplitude: numbers[7],
+            schlick: numbers[8],
+        }
+    }
+}
+
+/// A row vector times the rotation that turns the mirrored view into z.
+#[inline]
+fn about_mirror([x, y, z]: [f32; 3], view: Vec3<f32>, cosine: f32) -> [f32; 3] {
+    let length = Real::sqrt(view.x * view.x + view.y * view.y);
+    if length == 0.0 {
+        return [x, y, z];
+    }
+    let (ux, uy) = (view.x / length, view.y / length);
+    let sine = Real::sqrt((1.0 - cosine) * (1.0 + cosine));
+    // In the plane of incidence, rows (cos, sin), (-sin, cos); across it nothing turns.
+    let along = x * ux + y * uy;
+    let turned = along * cosine - z * sine;
+    [
+        x + (turned - along) * ux,
+        y + (turned - along) * uy,
+        along * sine + z * cosine,
+    ]
+}
+
+/// The matrix of an anisotropic texel, its third column and row still in units of the scale.
+#[inline]
+fn symmetric(texel: &[f32]) -> [[f32; 3]; 3] {
+    let [k11, k12, k13, k23, k31, k32, k33] = core::array::from_fn(|i| texel[i]);
+    [[k11, k12, k13], [k12, 2.0 - k11, k23], [k31, k32, k33]]
+}
+
+fn determinant([a, b, c]: [[f32; 3]; 3]) -> f32 {
+    a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0])
+        + a[2] * (b[0] * c[1] - b[1] * c[0])
+}
+
+fn matrix(texel: &[f32], lobe: usize) -> [f32; 4] {
+    core::array::from_fn(|i| texel[4 * lobe + i])
+}
+
+/// Checked numbers of `count` texels; `least` is the shortest side.
+fn numbers(
+    bytes: &[u8],
+    count: usize,
+    channels: usize,
+    least: usize,
+) -> Result<Vec<f32>, LtcTableError> {
+    let length = count.checked_mul(4 * channels);
+    if least < 2 || length != Some(bytes.len()) {
+        return Err(LtcTableError::Length {
+            length: bytes.len(),
+            channels,
+        });
+    }
+    let texels: Vec<f32> = bytes
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .map(|number| f32::from_le_bytes(*number))
+        .collect();
+    match texels.iter().position(|x| !x.is_finite()) {
+        Some(bad) => Err(LtcTableError::Texel {
+            index: bad / channels,
+        }),
+        None => Ok(texels),
+    }
+}
+
+/// Clamped to \[0, 1\], NaN to 0.
+#[inline]
+fn unit(x: f32) -> f32 {
+    if x > 0.0 { x.min(1.0) } else { 0.0 }
+}
+
+/// Cell and place in the cell of a coordinate in \[0, 1\].
+#[inline]
+fn place(u: f32, size: usize) -> (usize, f32) {
+    let at = u * (size - 1) as f32;
+    let cell = (at as usize).min(size - 2);
+    (cell, at - cell as f32)
 }

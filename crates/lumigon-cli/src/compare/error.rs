@@ -5,28 +5,17 @@ use std::path::{Path, PathBuf};
 
 use lumigon_renderer::{PictureError, RenderError};
 
+use crate::report_folder::FolderError;
+
 /// Why there is no report.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum CompareError {
     /// The scene could not be rendered.
     #[error(transparent)]
     Render(#[from] RenderError),
-    /// The folder belongs to something else.
-    #[error("{}: {what}; name a new or an empty folder, or an earlier report", path.display())]
-    Occupied {
-        /// The folder.
-        path: PathBuf,
-        /// What is there.
-        what: String,
-    },
-    /// The folder has nowhere to be.
-    #[error("{}: there is no folder {}; make it first", path.display(), parent.display())]
-    NoParent {
-        /// The folder.
-        path: PathBuf,
-        /// The folder it would be in.
-        parent: PathBuf,
-    },
+    /// The report has no folder.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
     /// A file or a folder could not be written.
     #[error("{}: {source}", path.display())]
     Io {

@@ -3,7 +3,6 @@
 mod contact_sheet;
 mod error;
 mod false_color;
-mod folder;
 mod label;
 mod machine;
 mod method;
@@ -23,9 +22,9 @@ use crate::Failure;
 use crate::camera::choose_camera;
 use crate::interrupt::Interrupt;
 use crate::render::{bias, exposure};
+use crate::report_folder::ReportFolder;
 use crate::size::Size;
 use error::CompareError;
-use folder::ReportFolder;
 
 /// Renders a scene by every method and by path tracing, and reports how they differ
 #[derive(Debug, Args)]
@@ -85,7 +84,7 @@ impl Compare {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         let interrupt = Interrupt::catch()?;
         // Before anything slow: whether the report has a place.
-        ReportFolder::check(&self.output)?;
+        ReportFolder::check(&self.output, run::GENERATOR)?;
         let scene = Scene::load(&self.scene)?;
         for warning in &scene.warnings {
             eprintln!("warning: {}: {warning}", self.scene.display());
@@ -93,7 +92,7 @@ impl Compare {
         let camera = choose_camera(&scene, &self.scene, self.camera.as_deref())?;
         // From here on Ctrl-C leaves past the end of the folder, which removes it.
         interrupt.watch();
-        let folder = ReportFolder::create(&self.output)?;
+        let folder = ReportFolder::create(&self.output, run::GENERATOR)?;
         match run::fill(self, &folder, scene, &camera, &interrupt) {
             Ok(()) => {}
             Err(CompareError::Render(RenderError::Cancelled)) => return Err(Failure::Interrupted),

@@ -15,7 +15,6 @@ use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8};
 use super::contact_sheet::{COLUMNS, Cell, Section, contact_sheet, legend, thumbnail};
 use super::error::CompareError;
 use super::false_color::FalseColor;
-use super::folder::{GENERATOR, METRICS, ReportFolder};
 use super::machine::Machine;
 use super::method::{EXACT, Method, Part, default_bias, methods};
 use super::metrics::{Difference, Noise, ZScores};
@@ -27,6 +26,10 @@ use super::stopwatch::Stopwatch;
 use super::{Compare, report};
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
+use crate::report_folder::{METRICS, ReportFolder};
+
+/// What [`METRICS`] says of its maker.
+pub(super) const GENERATOR: &str = "lumigon compare";
 
 /// Renders the scene by every method and writes the report's files into the folder.
 ///

@@ -10,6 +10,9 @@ use crate::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 
+mod export;
+mod report;
+
 /// Fits a table of linearly transformed cosines to a BRDF
 #[derive(Debug, Args)]
 pub struct Fit {
@@ -20,6 +23,8 @@ pub struct Fit {
 #[derive(Debug, Subcommand)]
 enum Brdf {
     Ggx(Ggx),
+    Export(export::Export),
+    Report(report::Report),
 }
 
 /// Isotropic GGX with height-correlated Smith shadowing
@@ -59,6 +64,8 @@ impl Fit {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         match &self.brdf {
             Brdf::Ggx(ggx) => ggx.run(),
+            Brdf::Export(export) => export.run(),
+            Brdf::Report(report) => report.run(),
         }
     }
 }
@@ -122,7 +129,7 @@ impl Ggx {
                 errors.perceptual_roughness[0],
                 errors.perceptual_roughness[1],
                 errors.rmse,
-                errors.schlick_rmse,
+                errors.secondary_rmse,
                 errors.furnace[0],
                 errors.furnace[1],
             );

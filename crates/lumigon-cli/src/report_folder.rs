@@ -7,50 +7,86 @@ use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
 
-use super::error::CompareError;
-
 /// The file that marks a folder as a report, and lists what belongs to it.
-pub(super) const METRICS: &str = "metrics.json";
+pub(crate) const METRICS: &str = "metrics.json";
 
-/// What [`METRICS`] says of its maker.
-pub(super) const GENERATOR: &str = "lumigon compare";
+/// Why a report has no folder.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum FolderError {
+    /// The folder belongs to something else.
+    #[error("{}: {what}; name a new or an empty folder, or an earlier report", path.display())]
+    Occupied {
+        /// The folder.
+        path: PathBuf,
+        /// What is there.
+        what: String,
+    },
+    /// The folder has nowhere to be.
+    #[error("{}: there is no folder {}; make it first", path.display(), parent.display())]
+    NoParent {
+        /// The folder.
+        path: PathBuf,
+        /// The folder it would be in.
+        parent: PathBuf,
+    },
+    /// A folder could not be read or written.
+    #[error("{}: {source}", path.display())]
+    Io {
+        /// Which.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl FolderError {
+    fn io(path: &Path, source: io::Error) -> Self {
+        Self::Io {
+            path: path.to_owned(),
+            source,
+        }
+    }
+}
 
 /// A folder beside its destination, moved there when it is complete and removed otherwise.
 #[derive(Debug)]
-pub(super) struct ReportFolder {
+pub(crate) struct ReportFolder {
     destination: PathBuf,
+    generator: &'static str,
     folder: TempDir,
 }
 
 impl ReportFolder {
-    /// Whether [`ReportFolder::create`] would find a place.
+    /// Whether [`ReportFolder::create`] would find a place. `generator` is what [`METRICS`] says of
+    /// its maker: only its own earlier reports are replaced.
     ///
     /// # Errors
     /// Where `destination` holds anything but an earlier report, or has no parent.
-    pub(super) fn check(destination: &Path) -> Result<(), CompareError> {
-        refuse_foreign(&resolve(destination)?)
+    pub(crate) fn check(destination: &Path, generator: &str) -> Result<(), FolderError> {
+        refuse_foreign(&resolve(destination)?, generator)
     }
 
     /// Makes the folder beside `destination`.
     ///
     /// # Errors
     /// Where `destination` holds anything but an earlier report, or cannot be written beside.
-    pub(super) fn create(destination: &Path) -> Result<Self, CompareError> {
+    pub(crate) fn create(destination: &Path, generator: &'static str) -> Result<Self, FolderError> {
         let destination = resolve(destination)?;
-        refuse_foreign(&destination)?;
+        refuse_foreign(&destination, generator)?;
         let parent = destination.parent().unwrap_or(Path::new("/"));
         let folder = tempfile::Builder::new()
-            .prefix(".lumigon-compare-")
+            .prefix(".lumigon-report-")
             .tempdir_in(parent)
-            .map_err(|source| CompareError::io(parent, source))?;
+            .map_err(|source| FolderError::io(parent, source))?;
         Ok(Self {
             destination,
+            generator,
             folder,
         })
     }
 
     /// Where to write.
-    pub(super) fn path(&self) -> &Path {
+    pub(crate) fn path(&self) -> &Path {
         self.folder.path()
     }
 
@@ -58,13 +94,13 @@ impl ReportFolder {
     ///
     /// # Errors
     /// Where the destination has become something else meanwhile, or cannot be replaced.
-    pub(super) fn commit(self) -> Result<(), CompareError> {
+    pub(crate) fn commit(self) -> Result<(), FolderError> {
         let destination = self.destination;
-        let failed = |source| CompareError::io(&destination, source);
+        let failed = |source| FolderError::io(&destination, source);
         // Someone may have put files there while the pictures were rendered.
-        refuse_foreign(&destination)?;
+        refuse_foreign(&destination, self.generator)?;
         let aside = TempDir::with_prefix_in(
-            ".lumigon-compare-",
+            ".lumigon-report-",
             destination.parent().unwrap_or(Path::new("/")),
         )
         .map_err(failed)?;
@@ -86,8 +122,8 @@ impl ReportFolder {
 }
 
 /// The destination as an absolute path through folders that exist.
-fn resolve(destination: &Path) -> Result<PathBuf, CompareError> {
-    let failed = |source| CompareError::io(destination, source);
+fn resolve(destination: &Path) -> Result<PathBuf, FolderError> {
+    let failed = |source| FolderError::io(destination, source);
     if destination.exists() {
         return destination.canonicalize().map_err(failed);
     }
@@ -96,11 +132,11 @@ fn resolve(destination: &Path) -> Result<PathBuf, CompareError> {
     let parent = parent
         .canonicalize()
         .map_err(|source| match source.kind() {
-            io::ErrorKind::NotFound => CompareError::NoParent {
+            io::ErrorKind::NotFound => FolderError::NoParent {
                 path: destination.to_owned(),
                 parent: parent.to_owned(),
             },
-            _ => CompareError::io(parent, source),
+            _ => FolderError::io(parent, source),
         })?;
     match absolute.file_name() {
         Some(name) => Ok(parent.join(name)),
@@ -109,26 +145,26 @@ fn resolve(destination: &Path) -> Result<PathBuf, CompareError> {
 }
 
 /// An error unless `destination` is missing, empty, or an earlier report and nothing else.
-fn refuse_foreign(destination: &Path) -> Result<(), CompareError> {
+fn refuse_foreign(destination: &Path, generator: &str) -> Result<(), FolderError> {
     let refuse = |what: String| {
-        Err(CompareError::Occupied {
+        Err(FolderError::Occupied {
             path: destination.to_owned(),
             what,
         })
     };
     match fs::symlink_metadata(destination) {
         Err(source) if source.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(source) => return Err(CompareError::io(destination, source)),
+        Err(source) => return Err(FolderError::io(destination, source)),
         Ok(metadata) if !metadata.is_dir() => return refuse("is not a folder".to_owned()),
         Ok(_) => {}
     }
     let mut found = BTreeSet::new();
     list(destination, Path::new(""), &mut found)
-        .map_err(|source| CompareError::io(destination, source))?;
+        .map_err(|source| FolderError::io(destination, source))?;
     if found.is_empty() {
         return Ok(());
     }
-    let Some(report) = listed(destination) else {
+    let Some(report) = listed(destination, generator) else {
         return refuse("holds files, but no earlier report".to_owned());
     };
     match found.difference(&report).next() {
@@ -154,10 +190,10 @@ fn list(root: &Path, below: &Path, found: &mut BTreeSet<String>) -> io::Result<(
 }
 
 /// What an earlier report says are its files; none where there is no earlier report.
-fn listed(destination: &Path) -> Option<BTreeSet<String>> {
+fn listed(destination: &Path, generator: &str) -> Option<BTreeSet<String>> {
     let text = fs::read(destination.join(METRICS)).ok()?;
     let metrics: serde_json::Value = serde_json::from_slice(&text).ok()?;
-    if metrics.get("generator")?.as_str()? != GENERATOR {
+    if metrics.get("generator")?.as_str()? != generator {
         return None;
     }
     let files = metrics.get("files")?.as_array()?;
@@ -171,8 +207,10 @@ fn listed(destination: &Path) -> Option<BTreeSet<String>> {
 mod tests {
     use super::*;
 
-    fn write_report(destination: &Path, text: &str) -> Result<(), CompareError> {
-        let folder = ReportFolder::create(destination)?;
+    const GENERATOR: &str = "a test";
+
+    fn write_report(destination: &Path, text: &str) -> Result<(), FolderError> {
+        let folder = ReportFolder::create(destination, GENERATOR)?;
         let metrics = serde_json::json!({
             "generator": GENERATOR,
             "files": [METRICS, "pictures/text"],
@@ -228,7 +266,7 @@ mod tests {
     fn files_that_arrive_meanwhile_stay() {
         let root = TempDir::new().unwrap();
         let destination = root.path().join("report");
-        let folder = ReportFolder::create(&destination).unwrap();
+        let folder = ReportFolder::create(&destination, GENERATOR).unwrap();
         fs::create_dir(&destination).unwrap();
         fs::write(destination.join("thesis.txt"), "years").unwrap();
         assert!(folder.commit().is_err());
@@ -239,7 +277,7 @@ mod tests {
     #[test]
     fn missing_parent_is_named() {
         let root = TempDir::new().unwrap();
-        let error = ReportFolder::create(&root.path().join("no/report")).unwrap_err();
+        let error = ReportFolder::create(&root.path().join("no/report"), GENERATOR).unwrap_err();
         assert!(error.to_string().contains("no"), "{error}");
     }
 }
