@@ -48,6 +48,7 @@ pub(super) struct FittedBrdf {
 
 impl FittedBrdf {
     /// Lobes in the frame of the view's azimuth.
+    #[inline]
     fn isotropic<const LOBES: usize>(sum: &LtcSum<LOBES>, normal: Vec3, view: Vec3) -> Self {
         // x leans towards the viewer; any x will do for a view along the normal.
         let tangent = (view - normal * normal.dot(view))

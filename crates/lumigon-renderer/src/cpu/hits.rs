@@ -157,7 +157,7 @@ impl Hits {
                     [base.f0, base.f90],
                     cosine,
                 );
-                if let Some(SheenLobe { weight, fitted, .. }) = &lobes.sheen {
+                if let Some(SheenLobe { weight, fitted, .. }) = lobes.sheen.as_deref() {
                     self.fit(index, SHEEN, lobes, fitted, [*weight; 2], cosine);
                 }
                 if let Some(coat) = &lobes.clearcoat {
@@ -180,7 +180,7 @@ impl Hits {
                 }
             }
             SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
-                let coat = lobes.clearcoat.as_ref().map(|coat| (1, coat));
+                let coat = lobes.clearcoat.as_deref().map(|coat| (1, coat));
                 for (kind, lobe) in [(0, &lobes.specular)].into_iter().chain(coat) {
                     if lobe.f0 == Vec3::ZERO && lobe.f90 == Vec3::ZERO {
                         continue;
@@ -193,7 +193,7 @@ impl Hits {
                     batch.push(index, [lobe.f0, lobe.f90], numbers);
                 }
                 if lobes.sheen.is_some() {
-                    self.sheens.push((index, *lobes));
+                    self.sheens.push((index, lobes.clone()));
                 }
             }
         }

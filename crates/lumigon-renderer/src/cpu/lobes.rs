@@ -59,11 +59,11 @@ impl Mul<Vec3> for Scattered {
 }
 
 /// Lambert, or EON where it is rough.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct DiffuseLobe {
     /// Weight of the light that is scattered once: all of it, for Lambert.
     pub(super) single: Vec3,
-    pub(super) rough: Option<Rough>,
+    pub(super) rough: Option<Box<Rough>>,
 }
 
 /// What EON adds to Lambert.
@@ -104,7 +104,7 @@ pub(super) struct SheenLobe {
 /// Each layer takes what it reflects towards this view, its directional albedo, from the layers
 /// below: a scaling by the view alone, so that a polygon's light stays a closed form for each lobe.
 /// `KHR_materials_sheen` calls this albedo scaling; here it holds for the dielectric too.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Lobes {
     pub(super) position: Vec3,
     /// Unit vector to the viewer.
@@ -115,11 +115,13 @@ pub(super) struct Lobes {
     pub(super) diffuse: DiffuseLobe,
     /// The base's own reflection.
     pub(super) specular: SpecularLobe,
-    pub(super) sheen: Option<SheenLobe>,
-    pub(super) clearcoat: Option<SpecularLobe>,
+    /// Boxed as the coat and the roughness are: few surfaces have them.
+    pub(super) sheen: Option<Box<SheenLobe>>,
+    pub(super) clearcoat: Option<Box<SpecularLobe>>,
 }
 
 impl Lobes {
+    #[inline]
     pub(super) fn new(surface: &SurfaceSample, view: Vec3, fitted: &FittedLobes) -> Self {
         let material = LayeredMaterial::new(surface);
         let normal = surface.shading_normal;
@@ -135,28 +137,28 @@ impl Lobes {
             let normal = surface.clearcoat_normal;
             let cosine = normal.dot(view).abs().min(1.0);
             let weight = Vec3::splat(material.clearcoat * lumigon::schlick(CLEARCOAT_F0, cosine));
-            SpecularLobe {
+            Box::new(SpecularLobe {
                 normal,
                 tangent: Vec3::ZERO,
                 alpha: [material.clearcoat_alpha; 2],
                 f0: weight,
                 f90: weight,
                 fitted: fitted.ggx(material.clearcoat_alpha, normal, view),
-            }
+            })
         });
-        let below_coat = clearcoat.map_or(1.0, |coat| 1.0 - coat.f0.x);
+        let below_coat = clearcoat.as_ref().map_or(1.0, |coat| 1.0 - coat.f0.x);
 
         let mut below_sheen = below_coat;
         let sheen = (material.sheen_color != Vec3::ZERO).then(|| {
             let lobe = fitted.charlie(material.sheen_alpha, normal, view);
             let albedo = lobe.albedos.whole;
             below_sheen *= 1.0 - material.sheen_color.max_element() * albedo.min(1.0);
-            SheenLobe {
+            Box::new(SheenLobe {
                 alpha: material.sheen_alpha,
                 // Narrow fibres would give off more light than they get, seen along the surface.
                 weight: material.sheen_color * (below_coat / albedo.max(1.0)),
                 fitted: lobe,
-            }
+            })
         });
 
         let [along, across] = material.alpha;
@@ -224,23 +226,23 @@ impl DiffuseLobe {
             .map(|rho| eon_multiple_albedo(rho, roughness));
         Self {
             single,
-            rough: Some(Rough {
+            rough: Some(Box::new(Rough {
                 roughness,
                 multiple: Vec3::from(multiple) * scale,
                 fitted: fitted(),
-            }),
+            })),
         }
     }
 
     /// Share of light from everywhere that goes towards the view.
     pub(super) fn albedo(&self) -> Vec3 {
-        self.rough.map_or(self.single, |rough| {
+        self.rough.as_ref().map_or(self.single, |rough| {
             self.single * rough.fitted.albedos.whole + rough.multiple * rough.fitted.albedos.part
         })
     }
 
     fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> Vec3 {
-        let Some(rough) = self.rough else {
+        let Some(rough) = &self.rough else {
             return self.single * (FRAC_1_PI * normal.dot(light).max(0.0));
         };
         let [normal, view, light] = [normal, view, light].map(vector);
