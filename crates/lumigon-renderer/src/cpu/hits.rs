@@ -228,16 +228,6 @@ impl Hits {
     pub(super) fn lobes(&self) -> &[Lobes] {
         &self.lobes
     }
-
-    /// To be called after the last surface.
-    pub(super) fn pad(&mut self) {
-        self.irradiance.pad();
-        self.exact_irradiance.pad();
-        self.rough.pad();
-        self.direct_anisotropic.pad();
-        self.fitted.iter_mut().for_each(Batch::pad);
-        self.direct.iter_mut().for_each(Batch::pad);
-    }
 }
 
 impl FittedLobe {
