@@ -149,7 +149,7 @@ fn brdfs_and_layering_are_the_path_tracers() {
             }
         }
         println!("{name}: {worst:?}");
-        assert!(worst[0] < 0.09 && worst[1] < 1e-3, "{name}: {worst:?}");
+        assert!(worst[0] < 0.09 && worst[1] < 0.01, "{name}: {worst:?}");
     }
 }
 
@@ -197,13 +197,13 @@ fn polygons_on_every_layer_are_near_the_path_tracer() {
         let [diffuse, specular] = errors(&spheres(&material));
         println!("{name}: diffuse {diffuse:.4?}, specular {specular:.4?}");
         let (diffuse_bounds, specular_bounds) = match name {
-            "base" => ([0.02, 0.01], [0.6, 0.2]),
-            "specular and ior" => ([0.02, 0.01], [0.1, 0.01]),
+            "base" => ([0.02, 0.01], [0.25, 0.1]),
+            "specular and ior" => ([0.02, 0.01], [0.07, 0.015]),
             "anisotropy" => ([0.0, 0.0], [0.8, 0.1]),
-            "diffuse roughness" => ([0.3, 0.15], [0.6, 0.2]),
-            "sheen" => ([0.02, 0.01], [0.7, 0.15]),
-            "clearcoat" => ([0.0, 0.0], [0.1, 0.01]),
-            _ => ([0.2, 0.12], [0.4, 0.1]),
+            "diffuse roughness" => ([0.06, 0.01], [0.25, 0.1]),
+            "sheen" => ([0.02, 0.01], [0.17, 0.06]),
+            "clearcoat" => ([0.0, 0.0], [0.07, 0.015]),
+            _ => ([0.1, 0.06], [0.35, 0.06]),
         };
         for (error, bounds) in [(diffuse, diffuse_bounds), (specular, specular_bounds)] {
             assert!(error[0] <= bounds[0], "{name}: RMS {error:?}");

@@ -106,7 +106,7 @@ impl Workload {
             x,
             z,
             lights,
-            lobe: LtcTable::ggx().lookup(0.5, 0.6),
+            lobe: LtcTable::ggx().lookup(0.5, 0.6).lobes[0],
         }
     }
 

@@ -167,24 +167,29 @@ fn ltc<S: Scalar + Into<Number>>(
     normal: Vec3<S>,
     view: Vec3<S>,
 ) -> Result<Answer, QuestionError> {
-    static TABLE: LazyLock<LtcTable> = LazyLock::new(LtcTable::ggx);
+    static TABLE: LazyLock<LtcTable<1>> = LazyLock::new(LtcTable::ggx);
     let perceptual_roughness = question.perceptual_roughness()?;
     let cosine = normal.dot(view);
-    let lobe = TABLE.lookup(perceptual_roughness as f32, cosine.to_f64() as f32);
+    let sum = TABLE.lookup(perceptual_roughness as f32, cosine.to_f64() as f32);
     let number = |x: f32| S::from_f64(x.into());
-    let lobe = Ltc {
-        shading_to_cosine: lobe.shading_to_cosine.map(number),
-        amplitude: number(lobe.amplitude),
-        schlick: number(lobe.schlick),
-    };
-    // From below its horizon nobody sees a surface; the table ends there.
-    let form_factor = match cosine.to_f64() > 0.0 {
-        true => ltc_form_factor(light, point, &PreparedLtc::new(&lobe, normal, view)),
-        false => S::from_f64(0.0),
-    };
+    let (mut value, mut schlick) = (S::from_f64(0.0), S::from_f64(0.0));
+    for lobe in sum.iter() {
+        let lobe = Ltc {
+            shading_to_cosine: lobe.shading_to_cosine.map(number),
+            amplitude: number(lobe.amplitude),
+            schlick: number(lobe.schlick),
+        };
+        // From below its horizon nobody sees a surface; the table ends there.
+        let form_factor = match cosine.to_f64() > 0.0 {
+            true => ltc_form_factor(light, point, &PreparedLtc::new(&lobe, normal, view)),
+            false => S::from_f64(0.0),
+        };
+        value += lobe.amplitude * form_factor;
+        schlick += lobe.schlick * form_factor;
+    }
     Ok(Answer {
-        value: Value::Scalar((lobe.amplitude * form_factor).into()),
-        schlick: Some((lobe.schlick * form_factor).into()),
+        value: Value::Scalar(value.into()),
+        schlick: Some(schlick.into()),
     })
 }
 

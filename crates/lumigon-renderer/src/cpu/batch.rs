@@ -3,31 +3,38 @@
 use fearless_simd::Simd;
 use lumigon::{Lanes, Vec3};
 
-/// Most lanes a processor has: lists are padded to a multiple, so that the last packet is full.
-const PADDING: usize = 16;
+/// Most lanes a processor has.
+const PACKET: usize = 16;
 
-/// Lobes of one kind: `N` numbers of each, one list a number, and the weights `W` of what comes of
-/// them.
+/// Lobes of one kind: `N` numbers of each, and the weights `W` of what comes of them.
 pub(super) struct Batch<const N: usize, W> {
     /// Which hit each entry is of, and its weights.
     entries: Vec<(u32, W)>,
-    lists: [Vec<f32>; N],
+    /// The numbers of as many entries as a packet has lanes, one list a number. Lanes that no entry
+    /// has taken yet repeat their packet's first.
+    packets: Vec<[[f32; PACKET]; N]>,
 }
 
 impl<const N: usize, W> Default for Batch<N, W> {
     fn default() -> Self {
         Self {
             entries: Vec::new(),
-            lists: std::array::from_fn(|_| Vec::new()),
+            packets: Vec::new(),
         }
     }
 }
 
 impl<const N: usize, W: Copy> Batch<N, W> {
     pub(super) fn push(&mut self, hit: u32, weights: W, numbers: [f32; N]) {
+        let lane = self.entries.len() % PACKET;
         self.entries.push((hit, weights));
-        for (list, number) in self.lists.iter_mut().zip(numbers) {
-            list.push(number);
+        match self.packets.last_mut() {
+            Some(packet) if lane > 0 => {
+                for (list, number) in packet.iter_mut().zip(numbers) {
+                    list[lane] = number;
+                }
+            }
+            _ => self.packets.push(numbers.map(|number| [number; PACKET])),
         }
     }
 
@@ -39,19 +46,9 @@ impl<const N: usize, W: Copy> Batch<N, W> {
         &self.entries
     }
 
-    /// Fills the last packet with repetitions of the last entry.
-    pub(super) fn pad(&mut self) {
-        let length = self.entries.len().next_multiple_of(PADDING);
-        for list in &mut self.lists {
-            if let Some(&last) = list.last() {
-                list.resize(length, last);
-            }
-        }
-    }
-
     /// Sums over lights for each entry, by channel, all dark. With room for whole packets.
     pub(super) fn dark(&self) -> [Vec<f32>; 3] {
-        let length = self.entries.len().next_multiple_of(PADDING);
+        let length = self.packets.len() * PACKET;
         std::array::from_fn(|_| vec![0.0; length])
     }
 
@@ -67,7 +64,7 @@ impl<const N: usize, W: Copy> Batch<N, W> {
 
     #[inline(always)]
     pub(super) fn lanes<S: Simd>(&self, simd: S, list: usize, start: usize) -> Lanes<S> {
-        Lanes::from_slice(simd, &self.lists[list][start..])
+        Lanes::from_slice(simd, &self.packets[start / PACKET][list][start % PACKET..])
     }
 
     /// A vector whose coordinates are this list and the next two.

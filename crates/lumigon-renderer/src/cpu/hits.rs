@@ -3,11 +3,11 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use lumigon::{DiffuseMethod, SpecularMethod};
+use lumigon::{DiffuseMethod, LocalOcclusion, SpecularMethod};
 
 use super::batch::Batch;
-use super::fitted_lobes::{FittedLobe, FittedLobes};
-use super::lobes::{Lobes, SpecularLobe};
+use super::fitted_lobes::{Amplitudes, FittedBrdf, FittedLobe, FittedLobes};
+use super::lobes::{Lobes, Scattered, SheenLobe, SpecularLobe};
 use crate::scene::SurfaceSample;
 
 /// Fitted lobes, for their integrals over lights: position, surface normal, and the rows of
@@ -41,14 +41,18 @@ pub(super) struct Hits {
     surfaces: Vec<Hit>,
     /// Each surface's lobes, where wanted.
     lobes: Vec<Lobes>,
-    /// Surfaces to gather irradiance: position and normal. BRDFs.
-    pub(super) diffuse: Batch<6, Vec3>,
+    /// Surfaces to gather irradiance by the method that is wanted: position and normal. What they
+    /// scatter of it.
+    pub(super) irradiance: Batch<6, Scattered>,
+    /// The same where it has to be exact.
+    pub(super) exact_irradiance: Batch<6, Scattered>,
     /// Rough diffuse lobes to evaluate: position, normal, view and roughness. Weights of light
     /// scattered once and more than once.
     pub(super) rough: Batch<10, [Vec3; 2]>,
-    /// The base's specular lobes, the sheens and the coats: those of one kind are alike, and so
-    /// are the branches they take. Weights of their form factors.
-    pub(super) fitted: [Batch<FITTED, Vec3>; 3],
+    /// Fitted lobes of rough diffuse surfaces, of the base's specular layer, of sheens and of
+    /// coats: those of one kind are alike, and so are the branches they take. Weights of their form
+    /// factors.
+    pub(super) fitted: [Batch<FITTED, Scattered>; 4],
     /// GGX lobes to evaluate, base and coat. Reflectances at normal and at grazing incidence.
     pub(super) direct: [Batch<DIRECT, [Vec3; 2]>; 2],
     /// Those whose two widths differ.
@@ -58,8 +62,15 @@ pub(super) struct Hits {
 }
 
 /// Indices into [`Hits::fitted`].
-const SHEEN: usize = 1;
-const COAT: usize = 2;
+const DIFFUSE: usize = 0;
+const SPECULAR: usize = 1;
+const SHEEN: usize = 2;
+const COAT: usize = 3;
+
+/// The method whose irradiance is the integral itself.
+const EXACT: DiffuseMethod = DiffuseMethod::Exact {
+    occlusion: LocalOcclusion::Exact,
+};
 
 impl Hits {
     pub(super) fn push(
@@ -76,75 +87,137 @@ impl Hits {
             pixel,
             emitted: lobes.emitted,
         });
-        self.diffuse(index, &lobes, wanted.diffuse);
-        self.specular(index, 0, &lobes, &lobes.specular, wanted.specular);
-        if let Some(sheen) = &lobes.sheen {
-            match wanted.specular {
-                SpecularMethod::None => {}
-                SpecularMethod::Ltc { .. } => {
-                    let numbers = sheen.fitted.numbers(lobes.position);
-                    let weight = sheen.weight * sheen.fitted.amplitude;
-                    self.fitted[SHEEN].push(index, weight, numbers);
-                }
-                SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
-                    self.sheens.push((index, lobes));
-                }
-            }
+        // Cosines about the shading normal share one irradiance.
+        let mut cosine = Scattered::default();
+        let mut lambertian = Scattered::default();
+        self.diffuse(index, &lobes, wanted.diffuse, &mut lambertian, &mut cosine);
+        self.specular(index, &lobes, wanted.specular, &mut cosine);
+        let at_normal = concatenated([lobes.position, lobes.normal]);
+        if wanted.diffuse == EXACT {
+            lambertian += cosine;
+        } else if !cosine.is_black() {
+            self.exact_irradiance.push(index, cosine, at_normal);
         }
-        if let Some(coat) = &lobes.clearcoat {
-            self.specular(index, COAT, &lobes, coat, wanted.specular);
+        if !lambertian.is_black() {
+            self.irradiance.push(index, lambertian, at_normal);
         }
         if wanted.punctual {
             self.lobes.push(lobes);
         }
     }
 
-    fn diffuse(&mut self, index: u32, lobes: &Lobes, method: DiffuseMethod) {
+    fn diffuse(
+        &mut self,
+        index: u32,
+        lobes: &Lobes,
+        method: DiffuseMethod,
+        lambertian: &mut Scattered,
+        cosine: &mut Scattered,
+    ) {
         let lobe = &lobes.diffuse;
-        if lobe.is_black() {
-            return;
-        }
-        if lobe.roughness > 0.0 && matches!(method, DiffuseMethod::LightVector { .. }) {
-            let roughness = Vec3::splat(lobe.roughness);
-            let numbers = concatenated([lobes.position, lobes.normal, lobes.view, roughness]);
-            let weights = [lobe.single, lobe.multiple];
-            self.rough.push(index, weights, numbers);
-        } else {
+        match (&lobe.rough, method) {
+            (Some(rough), DiffuseMethod::LightVector { .. }) => {
+                let roughness = Vec3::splat(rough.roughness);
+                let numbers = concatenated([lobes.position, lobes.normal, lobes.view, roughness]);
+                self.rough
+                    .push(index, [lobe.single, rough.multiple], numbers);
+            }
+            (Some(rough), EXACT) => {
+                let weight = |amplitudes: &Amplitudes| {
+                    lobe.single * amplitudes.whole + rough.multiple * amplitudes.part
+                };
+                for fitted in rough.fitted.lobes() {
+                    let numbers = fitted.numbers(lobes.position, lobes.normal);
+                    let weight = Scattered::diffuse(weight(&fitted.amplitudes));
+                    self.fitted[DIFFUSE].push(index, weight, numbers);
+                }
+                cosine.diffuse += weight(&rough.fitted.cosine) * FRAC_1_PI;
+            }
             // What yields irradiance alone lights a rough surface as a smooth one of its albedo.
-            let albedo = lobe.albedo(lobes.normal.dot(lobes.view));
-            let numbers = concatenated([lobes.position, lobes.normal]);
-            self.diffuse.push(index, albedo * FRAC_1_PI, numbers);
+            _ => lambertian.diffuse += lobe.albedo() * FRAC_1_PI,
         }
     }
 
     fn specular(
         &mut self,
         index: u32,
-        kind: usize,
         lobes: &Lobes,
-        lobe: &SpecularLobe,
         method: SpecularMethod,
+        cosine: &mut Scattered,
     ) {
-        if lobe.f0 == Vec3::ZERO && lobe.f90 == Vec3::ZERO {
-            return;
-        }
         match method {
             SpecularMethod::None => {}
             SpecularMethod::Ltc { .. } => {
-                let weight = lobe.fitted.reflectance(lobe.f0, lobe.f90);
-                let numbers = lobe.fitted.numbers(lobes.position);
-                self.fitted[kind].push(index, weight, numbers);
+                let base = &lobes.specular;
+                self.fit(
+                    index,
+                    SPECULAR,
+                    lobes,
+                    &base.fitted,
+                    [base.f0, base.f90],
+                    cosine,
+                );
+                if let Some(SheenLobe { weight, fitted, .. }) = lobes.sheen.as_deref() {
+                    self.fit(index, SHEEN, lobes, fitted, [*weight; 2], cosine);
+                }
+                if let Some(coat) = &lobes.clearcoat {
+                    let mut about_coat = Scattered::default();
+                    let reflectances = [coat.f0, coat.f90];
+                    self.fit(
+                        index,
+                        COAT,
+                        lobes,
+                        &coat.fitted,
+                        reflectances,
+                        &mut about_coat,
+                    );
+                    if coat.normal == lobes.normal {
+                        *cosine += about_coat;
+                    } else if !about_coat.is_black() {
+                        let numbers = concatenated([lobes.position, coat.normal]);
+                        self.exact_irradiance.push(index, about_coat, numbers);
+                    }
+                }
             }
             SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
-                let numbers = lobe.numbers(lobes.position, lobes.view);
-                let batch = match (lobe.is_isotropic(), kind) {
-                    (false, _) => &mut self.direct_anisotropic,
-                    (true, COAT) => &mut self.direct[1],
-                    (true, _) => &mut self.direct[0],
-                };
-                batch.push(index, [lobe.f0, lobe.f90], numbers);
+                let coat = lobes.clearcoat.as_deref().map(|coat| (1, coat));
+                for (kind, lobe) in [(0, &lobes.specular)].into_iter().chain(coat) {
+                    if lobe.f0 == Vec3::ZERO && lobe.f90 == Vec3::ZERO {
+                        continue;
+                    }
+                    let batch = match lobe.is_isotropic() {
+                        true => &mut self.direct[kind],
+                        false => &mut self.direct_anisotropic,
+                    };
+                    let numbers = lobe.numbers(lobes.position, lobes.view);
+                    batch.push(index, [lobe.f0, lobe.f90], numbers);
+                }
+                if lobes.sheen.is_some() {
+                    self.sheens.push((index, lobes.clone()));
+                }
             }
         }
+    }
+
+    /// Lists the fitted lobes of one specular BRDF, and adds what it has of the cosine.
+    fn fit(
+        &mut self,
+        index: u32,
+        kind: usize,
+        lobes: &Lobes,
+        fitted: &FittedBrdf,
+        [f0, f90]: [Vec3; 2],
+        cosine: &mut Scattered,
+    ) {
+        if f0 == Vec3::ZERO && f90 == Vec3::ZERO {
+            return;
+        }
+        for lobe in fitted.lobes() {
+            let weight = Scattered::specular(lobe.amplitudes.reflectance(f0, f90));
+            let numbers = lobe.numbers(lobes.position, fitted.normal);
+            self.fitted[kind].push(index, weight, numbers);
+        }
+        cosine.specular += fitted.cosine.reflectance(f0, f90) * FRAC_1_PI;
     }
 
     pub(super) fn surfaces(&self) -> &[Hit] {
@@ -155,21 +228,12 @@ impl Hits {
     pub(super) fn lobes(&self) -> &[Lobes] {
         &self.lobes
     }
-
-    /// To be called after the last surface.
-    pub(super) fn pad(&mut self) {
-        self.diffuse.pad();
-        self.rough.pad();
-        self.direct_anisotropic.pad();
-        self.fitted.iter_mut().for_each(Batch::pad);
-        self.direct.iter_mut().for_each(Batch::pad);
-    }
 }
 
 impl FittedLobe {
-    fn numbers(&self, position: Vec3) -> [f32; FITTED] {
+    fn numbers(&self, position: Vec3, normal: Vec3) -> [f32; FITTED] {
         let [a, b, c] = self.world_to_cosine;
-        concatenated([position, self.normal, a, b, c])
+        concatenated([position, normal, a, b, c])
     }
 }
 

@@ -1,14 +1,15 @@
 //! A surface's BRDF for one view: its lobes, each with all that lies over it folded in.
 
 use std::f32::consts::FRAC_1_PI;
+use std::ops::{AddAssign, Mul};
 
 use glam::Vec3;
 use lumigon::{
-    charlie_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_albedo, eon_single_cosine,
+    charlie_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_cosine,
     ggx_anisotropic_cosine, ggx_cosine,
 };
 
-use super::fitted_lobes::{FittedLobe, FittedLobes};
+use super::fitted_lobes::{FittedBrdf, FittedLobes};
 use super::material::{LayeredMaterial, emitted};
 use super::vector;
 use crate::scene::SurfaceSample;
@@ -16,22 +17,63 @@ use crate::scene::SurfaceSample;
 /// The coat's reflectance at normal incidence: an index of 1.5, fixed by `KHR_materials_clearcoat`.
 const CLEARCOAT_F0: f32 = 0.04;
 
-/// Light scattered by diffuse and specular lobes.
+/// Light scattered by diffuse and specular lobes, or the factors that scatter it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Scattered {
     pub(super) diffuse: Vec3,
     pub(super) specular: Vec3,
 }
 
+impl Scattered {
+    pub(super) fn diffuse(diffuse: Vec3) -> Self {
+        let specular = Vec3::ZERO;
+        Self { diffuse, specular }
+    }
+
+    pub(super) fn specular(specular: Vec3) -> Self {
+        let diffuse = Vec3::ZERO;
+        Self { diffuse, specular }
+    }
+
+    pub(super) fn is_black(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+impl AddAssign for Scattered {
+    fn add_assign(&mut self, other: Self) {
+        self.diffuse += other.diffuse;
+        self.specular += other.specular;
+    }
+}
+
+impl Mul<Vec3> for Scattered {
+    type Output = Self;
+
+    fn mul(self, light: Vec3) -> Self {
+        Self {
+            diffuse: self.diffuse * light,
+            specular: self.specular * light,
+        }
+    }
+}
+
 /// Lambert, or EON where it is rough.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct DiffuseLobe {
-    /// EON's r, 0 for Lambert.
-    pub(super) roughness: f32,
-    /// Weight of the light that is scattered once.
+    /// Weight of the light that is scattered once: all of it, for Lambert.
     pub(super) single: Vec3,
-    /// Weight of the light that is scattered more than once; black for Lambert.
+    pub(super) rough: Option<Box<Rough>>,
+}
+
+/// What EON adds to Lambert.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rough {
+    /// EON's r.
+    pub(super) roughness: f32,
+    /// Weight of the light that is scattered more than once.
     pub(super) multiple: Vec3,
+    pub(super) fitted: FittedBrdf,
 }
 
 /// GGX about a normal, with its Fresnel reflectance.
@@ -46,18 +88,15 @@ pub(super) struct SpecularLobe {
     pub(super) f0: Vec3,
     /// Weight at grazing incidence.
     pub(super) f90: Vec3,
-    pub(super) fitted: FittedLobe,
+    pub(super) fitted: FittedBrdf,
 }
 
 /// Charlie.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SheenLobe {
     pub(super) alpha: f32,
-    /// Weight of the fitted lobe.
     pub(super) weight: Vec3,
-    /// Weight of the BRDF itself.
-    brdf_weight: Vec3,
-    pub(super) fitted: FittedLobe,
+    pub(super) fitted: FittedBrdf,
 }
 
 /// glTF's layers at one point, for one view.
@@ -65,7 +104,7 @@ pub(super) struct SheenLobe {
 /// Each layer takes what it reflects towards this view, its directional albedo, from the layers
 /// below: a scaling by the view alone, so that a polygon's light stays a closed form for each lobe.
 /// `KHR_materials_sheen` calls this albedo scaling; here it holds for the dielectric too.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Lobes {
     pub(super) position: Vec3,
     /// Unit vector to the viewer.
@@ -76,11 +115,13 @@ pub(super) struct Lobes {
     pub(super) diffuse: DiffuseLobe,
     /// The base's own reflection.
     pub(super) specular: SpecularLobe,
-    pub(super) sheen: Option<SheenLobe>,
-    pub(super) clearcoat: Option<SpecularLobe>,
+    /// Boxed as the coat and the roughness are: few surfaces have them.
+    pub(super) sheen: Option<Box<SheenLobe>>,
+    pub(super) clearcoat: Option<Box<SpecularLobe>>,
 }
 
 impl Lobes {
+    #[inline]
     pub(super) fn new(surface: &SurfaceSample, view: Vec3, fitted: &FittedLobes) -> Self {
         let material = LayeredMaterial::new(surface);
         let normal = surface.shading_normal;
@@ -96,29 +137,28 @@ impl Lobes {
             let normal = surface.clearcoat_normal;
             let cosine = normal.dot(view).abs().min(1.0);
             let weight = Vec3::splat(material.clearcoat * lumigon::schlick(CLEARCOAT_F0, cosine));
-            SpecularLobe {
+            Box::new(SpecularLobe {
                 normal,
                 tangent: Vec3::ZERO,
                 alpha: [material.clearcoat_alpha; 2],
                 f0: weight,
                 f90: weight,
                 fitted: fitted.ggx(material.clearcoat_alpha, normal, view),
-            }
+            })
         });
-        let below_coat = clearcoat.map_or(1.0, |coat| 1.0 - coat.f0.x);
+        let below_coat = clearcoat.as_ref().map_or(1.0, |coat| 1.0 - coat.f0.x);
 
         let mut below_sheen = below_coat;
         let sheen = (material.sheen_color != Vec3::ZERO).then(|| {
-            let (lobe, scale) = fitted.charlie(material.sheen_alpha, normal, view);
-            let weight = material.sheen_color * below_coat;
-            let albedo = lobe.albedo(Vec3::ONE, Vec3::ONE).x.min(1.0);
-            below_sheen *= 1.0 - material.sheen_color.max_element() * albedo;
-            SheenLobe {
+            let lobe = fitted.charlie(material.sheen_alpha, normal, view);
+            let albedo = lobe.albedos.whole;
+            below_sheen *= 1.0 - material.sheen_color.max_element() * albedo.min(1.0);
+            Box::new(SheenLobe {
                 alpha: material.sheen_alpha,
-                weight,
-                brdf_weight: weight * scale,
+                // Narrow fibres would give off more light than they get, seen along the surface.
+                weight: material.sheen_color * (below_coat / albedo.max(1.0)),
                 fitted: lobe,
-            }
+            })
         });
 
         let [along, across] = material.alpha;
@@ -127,7 +167,9 @@ impl Lobes {
         } else {
             fitted.ggx_anisotropic(material.alpha, surface.tangent, normal, view)
         };
-        let reflected = base.albedo(dielectric_f0, Vec3::splat(dielectric_f90));
+        let reflected = base
+            .albedos
+            .reflectance(dielectric_f0, Vec3::splat(dielectric_f90));
         let entering = (1.0 - reflected.max_element()).max(0.0);
         let f90 = dielectric_f90 + (1.0 - dielectric_f90) * metallic;
         Self {
@@ -137,8 +179,9 @@ impl Lobes {
             emitted: emitted(surface) * below_coat,
             diffuse: DiffuseLobe::new(
                 base_color,
-                material.diffuse_roughness,
                 (1.0 - metallic) * entering * below_sheen,
+                material.diffuse_roughness,
+                || fitted.eon(material.diffuse_roughness, normal, view),
             ),
             specular: SpecularLobe {
                 normal,
@@ -170,42 +213,41 @@ impl Lobes {
 }
 
 impl DiffuseLobe {
-    fn new(color: Vec3, roughness: f32, scale: f32) -> Self {
-        let multiple = if roughness > 0.0 {
-            color
-                .to_array()
-                .map(|rho| eon_multiple_albedo(rho, roughness))
-                .into()
-        } else {
-            Vec3::ZERO
-        };
+    fn new(color: Vec3, scale: f32, roughness: f32, fitted: impl FnOnce() -> FittedBrdf) -> Self {
+        let single = color * scale;
+        if roughness == 0.0 || single == Vec3::ZERO {
+            return Self {
+                single,
+                rough: None,
+            };
+        }
+        let multiple = color
+            .to_array()
+            .map(|rho| eon_multiple_albedo(rho, roughness));
         Self {
-            roughness,
-            single: color * scale,
-            multiple: multiple * scale,
+            single,
+            rough: Some(Box::new(Rough {
+                roughness,
+                multiple: Vec3::from(multiple) * scale,
+                fitted: fitted(),
+            })),
         }
     }
 
-    pub(super) fn is_black(&self) -> bool {
-        self.single == Vec3::ZERO
-    }
-
-    /// Share of light from everywhere that goes towards a view at this cosine.
-    pub(super) fn albedo(&self, cos_view: f32) -> Vec3 {
-        if self.roughness == 0.0 {
-            return self.single;
-        }
-        let single = eon_single_albedo(self.roughness, cos_view);
-        self.single * single + self.multiple * (1.0 - single)
+    /// Share of light from everywhere that goes towards the view.
+    pub(super) fn albedo(&self) -> Vec3 {
+        self.rough.as_ref().map_or(self.single, |rough| {
+            self.single * rough.fitted.albedos.whole + rough.multiple * rough.fitted.albedos.part
+        })
     }
 
     fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> Vec3 {
-        if self.roughness == 0.0 {
+        let Some(rough) = &self.rough else {
             return self.single * (FRAC_1_PI * normal.dot(light).max(0.0));
-        }
+        };
         let [normal, view, light] = [normal, view, light].map(vector);
-        self.single * eon_single_cosine(self.roughness, normal, view, light)
-            + self.multiple * eon_multiple_cosine(self.roughness, normal, view, light)
+        self.single * eon_single_cosine(rough.roughness, normal, view, light)
+            + rough.multiple * eon_multiple_cosine(rough.roughness, normal, view, light)
     }
 }
 
@@ -232,6 +274,6 @@ impl SpecularLobe {
 impl SheenLobe {
     pub(super) fn evaluate(&self, normal: Vec3, view: Vec3, light: Vec3) -> Vec3 {
         let [normal, view, light] = [normal, view, light].map(vector);
-        self.brdf_weight * charlie_cosine(self.alpha, normal, view, light)
+        self.weight * charlie_cosine(self.alpha, normal, view, light)
     }
 }

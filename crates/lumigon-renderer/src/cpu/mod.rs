@@ -188,14 +188,13 @@ impl<'a> CpuRenderer<'a> {
                     }
                 }
             }
-            self.shade(&mut hits, settings, share, &mut tile);
+            self.shade(&hits, settings, share, &mut tile);
         }
         Some(tile)
     }
 
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
-    fn shade(&self, hits: &mut Hits, settings: &RenderSettings, share: f32, tile: &mut Tile) {
-        hits.pad();
+    fn shade(&self, hits: &Hits, settings: &RenderSettings, share: f32, tile: &mut Tile) {
         let mut light = shade::polygons(hits, &self.lights, settings.diffuse, settings.specular);
         for punctual in &self.scene.punctual_lights {
             shade::add_punctual(&mut light, hits, punctual, settings.specular);

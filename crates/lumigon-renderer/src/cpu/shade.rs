@@ -34,18 +34,25 @@ pub(super) fn polygons(
     if lights.is_empty() {
         return scattered;
     }
-    let irradiance = dispatch!(Level::new(), simd => {
-        irradiance(simd, &hits.diffuse, lights, diffuse)
-    });
-    for (i, &(hit, weight)) in hits.diffuse.entries().iter().enumerate() {
-        scattered[hit as usize].diffuse += weight * at(&irradiance, i);
+    for (surfaces, method) in [
+        (&hits.irradiance, diffuse),
+        (&hits.exact_irradiance, DiffuseMethod::default()),
+    ] {
+        if !surfaces.is_empty() {
+            let sums = dispatch!(Level::new(), simd => {
+                irradiance(simd, surfaces, lights, method)
+            });
+            for (i, &(hit, weight)) in surfaces.entries().iter().enumerate() {
+                scattered[hit as usize] += weight * at(&sums, i);
+            }
+        }
     }
     for fitted in hits.fitted.iter().filter(|batch| !batch.is_empty()) {
-        let form_factors = dispatch!(Level::new(), simd => {
+        let sums = dispatch!(Level::new(), simd => {
             form_factors(simd, fitted, lights)
         });
         for (i, &(hit, weight)) in fitted.entries().iter().enumerate() {
-            scattered[hit as usize].specular += weight * at(&form_factors, i);
+            scattered[hit as usize] += weight * at(&sums, i);
         }
     }
     if let DiffuseMethod::LightVector { occlusion } = diffuse
@@ -109,7 +116,7 @@ fn store<S: Simd>(sum: [Lanes<S>; 3], to: &mut Sums, start: usize) {
 #[inline(always)]
 fn irradiance<S: Simd>(
     simd: S,
-    surfaces: &Batch<6, Vec3>,
+    surfaces: &Batch<6, Scattered>,
     lights: &[ShadingLight],
     method: DiffuseMethod,
 ) -> Sums {
@@ -132,7 +139,11 @@ fn irradiance<S: Simd>(
 
 /// The fitted lobes' form factors.
 #[inline(always)]
-fn form_factors<S: Simd>(simd: S, lobes: &Batch<FITTED, Vec3>, lights: &[ShadingLight]) -> Sums {
+fn form_factors<S: Simd>(
+    simd: S,
+    lobes: &Batch<FITTED, Scattered>,
+    lights: &[ShadingLight],
+) -> Sums {
     let mut sums = lobes.dark();
     lobes.for_each_packet::<S>(
         #[inline(always)]
@@ -262,10 +273,10 @@ pub(super) fn add_punctual(
         let Some((towards, _, irradiance)) = light.at(lobes.position) else {
             continue;
         };
-        let response = lobes.evaluate(towards);
-        scattered.diffuse += response.diffuse * irradiance;
-        if specular != SpecularMethod::None {
-            scattered.specular += response.specular * irradiance;
+        let mut response = lobes.evaluate(towards);
+        if specular == SpecularMethod::None {
+            response.specular = Vec3::ZERO;
         }
+        *scattered += response * irradiance;
     }
 }
