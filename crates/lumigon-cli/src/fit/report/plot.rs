@@ -183,7 +183,7 @@ fn chart(area: &Area<'_>, theme: &Theme, curves: &Curves<'_>) -> Result<(), Fail
         .margin_right(26)
         .caption(&curves.title, theme.text(LABEL, theme.ink))
         .x_label_area_size(66)
-        .y_label_area_size(96)
+        .y_label_area_size(108)
         .build_cartesian_2d(low..high, 0.0..top)?;
     // As many digits as tell a fifth of the range apart.
     let digits = |range: f64| (1.0 - range.log10()).ceil().clamp(0.0, 9.0) as usize;
