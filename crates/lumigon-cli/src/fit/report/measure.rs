@@ -23,6 +23,8 @@ pub(super) const ROWS: usize = 18;
 const NODES: u64 = 2;
 /// No table is made for views beyond.
 const LARGEST_ANGLE: f64 = 89.0;
+/// Below this albedo the furnace counts differences as absolute: a sheen's goes down to 0.
+const LEAST_ALBEDO: f64 = 0.01;
 /// The furnace counts up to here, in degrees.
 const FURNACE_ANGLE: f64 = 85.0;
 
@@ -32,7 +34,7 @@ struct Sample {
     fitted: [[f64; 2]; 2],
 }
 
-/// One place: albedos over the true one, shares below the horizon; table and baseline.
+/// One place: albedos over the true one ([`LEAST_ALBEDO`] at least), shares below the horizon; table and baseline.
 struct Place {
     degrees: f64,
     furnace: [f64; 2],
@@ -166,7 +168,10 @@ fn measure_place(
     Place {
         degrees,
         samples: samples.collect(),
-        furnace: lobes.each_ref().map(|l| l.albedo()[0] / truth.albedo()[0]),
+        furnace: lobes.each_ref().map(|lobes| {
+            let albedo = truth.albedo()[0];
+            1.0 + (lobes.albedo()[0] - albedo) / albedo.max(LEAST_ALBEDO)
+        }),
         leaked: lobes.each_ref().map(Lobes::leaked),
     }
 }

@@ -204,14 +204,18 @@ fn fit_baseline(table: &Table, interrupt: &Interrupt) -> Result<(Table, TableRec
 }
 
 /// How a table was fitted, in words.
-fn recipe(table: &Table) -> &'static str {
+fn recipe(table: &Table) -> String {
     let settings = table.settings();
-    match (settings.objective, settings.lobes > 1 || settings.cosine) {
-        (ObjectiveKind::Density, false) => "density fit",
-        (ObjectiveKind::Density, true) => "density fit, several lobes",
-        (ObjectiveKind::Integral, false) => "integral fit",
-        (ObjectiveKind::Integral, true) => "integral fit, several lobes",
-    }
+    let objective = match settings.objective {
+        ObjectiveKind::Density => "density",
+        ObjectiveKind::Integral => "integral",
+    };
+    let lobes = match settings.lobes {
+        1 => String::new(),
+        lobes => format!(", {lobes} lobes"),
+    };
+    let cosine = if settings.cosine { ", with cosine" } else { "" };
+    format!("{objective} fit{lobes}{cosine}")
 }
 
 fn write(folder: &Path, name: &str, text: &str) -> Result<(), Failure> {

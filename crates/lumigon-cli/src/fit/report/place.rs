@@ -46,7 +46,10 @@ pub(super) fn slice_words(brdf: BrdfKind) -> String {
 /// An axis' name: its meaning up to the range.
 fn name(meaning: &str) -> String {
     let name = meaning.split(',').next().unwrap_or(meaning);
-    name.replace('_', " ")
+    match name.contains('(') {
+        true => name.to_owned(),
+        false => name.replace('_', " "),
+    }
 }
 
 #[cfg(test)]

@@ -183,13 +183,10 @@ fn chart(area: &Area<'_>, theme: &Theme, curves: &Curves<'_>) -> Result<(), Fail
         .margin_right(26)
         .caption(&curves.title, theme.text(LABEL, theme.ink))
         .x_label_area_size(66)
-        .y_label_area_size(96)
+        .y_label_area_size(108)
         .build_cartesian_2d(low..high, 0.0..top)?;
-    let digits = |range: f64| match range {
-        range if range >= 20.0 => 0,
-        range if range >= 2.0 => 1,
-        _ => 2,
-    };
+    // As many digits as tell a fifth of the range apart.
+    let digits = |range: f64| (1.0 - range.log10()).ceil().clamp(0.0, 9.0) as usize;
     chart
         .configure_mesh()
         .bold_line_style(theme.line)
@@ -198,24 +195,31 @@ fn chart(area: &Area<'_>, theme: &Theme, curves: &Curves<'_>) -> Result<(), Fail
         .x_labels((area.dim_in_pixel().0 / 100) as usize)
         .y_labels(5)
         .x_label_formatter(&|x| format!("{x:.*}", digits(high - low)))
-        .y_label_formatter(&|y| match *y {
-            y if y >= 1e4 => format!("{y:.0e}"),
-            y => format!("{y:.*}", digits(top)),
+        .y_label_formatter(&|y| match top {
+            top if (1e-3..1e4).contains(&top) => format!("{y:.*}", digits(top)),
+            _ => format!("{y:.1e}"),
         })
         .label_style(theme.text(TICK, theme.ink))
         .axis_desc_style(theme.text(TICK, theme.ink))
         .x_desc(curves.x_label)
         .y_desc(curves.y_label)
         .draw()?;
-    let line = |points: &[(f64, f64)], color: RGBColor, stroke: u32| {
-        let finite = points.iter().copied().filter(|point| point.1.is_finite());
-        LineSeries::new(finite.collect::<Vec<_>>(), color.stroke_width(stroke))
-    };
     if !curves.truth_as_points {
-        chart.draw_series(line(curves.truth, theme.faded, 8))?;
+        let finite = curves.truth.iter().copied().filter(|p| p.1.is_finite());
+        let style = theme.faded.stroke_width(8);
+        chart.draw_series(LineSeries::new(finite, style))?;
     }
-    chart.draw_series(line(&curves.fitted[1], theme.baseline, 3))?;
-    chart.draw_series(line(&curves.fitted[0], theme.table, 3))?;
+    for (points, color) in [
+        (&curves.fitted[1], theme.baseline),
+        (&curves.fitted[0], theme.table),
+    ] {
+        let finite = points
+            .windows(2)
+            .filter(|pair| pair.iter().all(|p| p.1.is_finite()));
+        // Piece by piece: the join of a narrow peak would shoot out of the chart.
+        let pieces = finite.map(|pair| PathElement::new(pair.to_vec(), color.stroke_width(3)));
+        chart.draw_series(pieces)?;
+    }
     if curves.truth_as_points {
         let points = curves.truth.iter();
         chart.draw_series(points.map(|&at| Circle::new(at, 6, theme.ink.stroke_width(2))))?;
