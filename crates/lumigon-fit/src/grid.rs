@@ -3,6 +3,7 @@ use crate::{fit::Lobes, kind::BrdfKind, limit::Limit, settings::Settings};
 /// The nodes of a table: where each lies, and what lies beside it.
 pub(crate) struct Grid {
     brdf: BrdfKind,
+    lobes: u32,
     sizes: Vec<usize>,
 }
 
@@ -10,6 +11,7 @@ impl Grid {
     pub(crate) fn new(settings: &Settings) -> Self {
         Self {
             brdf: settings.brdf,
+            lobes: settings.lobes,
             sizes: settings.brdf.sizes(settings.size),
         }
     }
@@ -59,12 +61,15 @@ impl Grid {
         let view = self.brdf.view_axis();
         let mut order: Vec<usize> = (0..self.sizes.len()).filter(|&axis| axis != view).collect();
         order.push(view);
-        // Broad lobes at a slanted view, where every coordinate matters.
-        let seed: Vec<usize> = self
-            .sizes
-            .iter()
-            .enumerate()
-            .map(|(axis, &size)| if axis == view { size * 2 / 5 } else { size * 3 / 5 })
+        // Broad lobes, where every coordinate matters; two of them share their work best where
+        // one does worst, at grazing views.
+        let fifths = |axis: usize| match (axis == view, self.lobes) {
+            (false, _) => 3,
+            (true, 1) => 2,
+            (true, _) => 4,
+        };
+        let seed: Vec<usize> = (0..self.sizes.len())
+            .map(|axis| self.sizes[axis] * fifths(axis) / 5)
             .collect();
         let mut reached = vec![self.index(&seed).unwrap_or(0)];
         order
