@@ -68,9 +68,9 @@ impl Default for Settings {
             directions: 10_946,
             samples: 320,
             sweeps: 3,
-            smoothing: 0.03,
+            smoothing: 0.015,
             furnace: 1.0,
-            secondary: 0.5,
+            secondary: 0.4,
             floor: 0.05,
         }
     }
