@@ -7,9 +7,9 @@ use lumigon::{AnisotropicLtcTable, Ltc, LtcLobes, LtcSum, LtcTable};
 
 use super::vector;
 
-/// A linearly transformed cosine in world space.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct FittedLobe {
+/// A linearly transformed cosine that keeps no symmetry, in world space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct AnisotropicLobe {
     /// Rows of the map under which the lobe is the clamped cosine.
     pub(super) world_to_cosine: [Vec3; 3],
     pub(super) amplitudes: Amplitudes,
@@ -25,7 +25,7 @@ pub(super) struct Amplitudes {
 }
 
 impl Amplitudes {
-    fn new(ltc: &Ltc<f32>) -> Self {
+    pub(super) fn new(ltc: &Ltc<f32>) -> Self {
         Self {
             whole: ltc.amplitude,
             part: ltc.schlick,
@@ -39,50 +39,39 @@ impl Amplitudes {
 }
 
 /// One BRDF for one view: the sum of some lobes and of the cosine about the normal.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct FittedBrdf {
     /// Unit normal of the surface.
     pub(super) normal: Vec3,
-    lobes: [FittedLobe; 2],
+    lobes: [Ltc<f32>; 2],
     count: usize,
+    /// Boxed because few surfaces have it.
+    pub(super) anisotropic: Option<Box<AnisotropicLobe>>,
     pub(super) cosine: Amplitudes,
     /// Directional albedos.
     pub(super) albedos: Amplitudes,
 }
 
 impl FittedBrdf {
-    /// Lobes in the frame of the view's azimuth.
     #[inline]
-    fn isotropic<const LOBES: usize>(sum: &LtcSum<LOBES>, normal: Vec3, view: Vec3) -> Self {
-        // x leans towards the viewer; any x will do for a view along the normal.
-        let tangent = (view - normal * normal.dot(view))
-            .try_normalize()
-            .unwrap_or_else(|| normal.any_orthonormal_vector());
-        let bitangent = normal.cross(tangent);
-        let mut brdf = Self {
+    fn isotropic<const LOBES: usize>(sum: &LtcSum<LOBES>, normal: Vec3) -> Self {
+        let last = LOBES - 1;
+        Self {
             normal,
-            lobes: [FittedLobe::default(); 2],
+            lobes: [sum.lobes[0], sum.lobes[last]],
             count: LOBES,
+            anisotropic: None,
             cosine: Amplitudes::new(&sum.cosine),
             albedos: Amplitudes {
                 whole: sum.albedo(),
                 part: sum.schlick_albedo(),
             },
-        };
-        for (to, ltc) in brdf.lobes.iter_mut().zip(&sum.lobes) {
-            let [m11, m13, m31, m33] = ltc.shading_to_cosine;
-            to.world_to_cosine = [
-                tangent * m11 + normal * m13,
-                bitangent,
-                tangent * m31 + normal * m33,
-            ];
-            to.amplitudes = Amplitudes::new(ltc);
         }
-        brdf
     }
 
-    /// All but the cosine.
-    pub(super) fn lobes(&self) -> &[FittedLobe] {
+    /// Those that are symmetric about the plane of view and normal, in its frame.
+    #[inline]
+    pub(super) fn lobes(&self) -> &[Ltc<f32>] {
         &self.lobes[..self.count]
     }
 }
@@ -111,11 +100,11 @@ impl FittedLobes {
         match count {
             LtcLobes::One => {
                 let sum = self.ggx.lookup(perceptual_roughness, cosine);
-                FittedBrdf::isotropic(&sum, normal, view)
+                FittedBrdf::isotropic(&sum, normal)
             }
             LtcLobes::Two => {
                 let sum = self.ggx_2.lookup(perceptual_roughness, cosine);
-                FittedBrdf::isotropic(&sum, normal, view)
+                FittedBrdf::isotropic(&sum, normal)
             }
         }
     }
@@ -139,15 +128,14 @@ impl FittedLobes {
             part: ltc.schlick,
         };
         let share = ltc.share_above_horizon();
-        let mut lobes = [FittedLobe::default(); 2];
-        lobes[0] = FittedLobe {
-            world_to_cosine: ltc.shading_to_cosine.map(to_world),
-            amplitudes,
-        };
         FittedBrdf {
             normal,
-            lobes,
-            count: 1,
+            lobes: [Ltc::cosine(0.0); 2],
+            count: 0,
+            anisotropic: Some(Box::new(AnisotropicLobe {
+                world_to_cosine: ltc.shading_to_cosine.map(to_world),
+                amplitudes,
+            })),
             cosine: Amplitudes::default(),
             albedos: Amplitudes {
                 whole: amplitudes.whole * share,
@@ -159,12 +147,12 @@ impl FittedLobes {
     /// Charlie; its albedo may pass 1, for narrow fibres seen along the surface.
     pub(super) fn charlie(&self, alpha: f32, normal: Vec3, view: Vec3) -> FittedBrdf {
         let sum = self.charlie.lookup(alpha.sqrt(), normal.dot(view));
-        FittedBrdf::isotropic(&sum, normal, view)
+        FittedBrdf::isotropic(&sum, normal)
     }
 
     /// EON of this roughness: light scattered once, and more than once.
     pub(super) fn eon(&self, roughness: f32, normal: Vec3, view: Vec3) -> FittedBrdf {
         let sum = self.eon.lookup(roughness, normal.dot(view));
-        FittedBrdf::isotropic(&sum, normal, view)
+        FittedBrdf::isotropic(&sum, normal)
     }
 }

@@ -37,6 +37,23 @@ enum There {
     WhereOpaque,
 }
 
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy)]
+pub(super) struct TriangleHit {
+    mesh: usize,
+    triangle: usize,
+    barycentrics: Vec2,
+    direction: Vec3,
+}
+
+impl TriangleHit {
+    /// The surface there.
+    #[inline]
+    pub(super) fn surface(&self, scene: &Scene) -> SurfaceSample {
+        scene.surface(self.mesh, self.triangle, self.barycentrics, self.direction)
+    }
+}
+
 impl Geometry {
     pub(super) fn new(scene: &Scene) -> Self {
         let mut triangles = Vec::new();
@@ -77,24 +94,14 @@ impl Geometry {
         }
     }
 
-    /// The nearest surface along a ray from outside it.
-    pub(super) fn surface(
-        &self,
-        scene: &Scene,
-        origin: Vec3,
-        direction: Vec3,
-    ) -> Option<SurfaceSample> {
-        self.surface_beyond(scene, origin, direction, 0.0)
-    }
-
-    /// The nearest surface at least `nearest` away.
-    pub(super) fn surface_beyond(
+    /// Where a ray first meets a triangle at least `nearest` away.
+    pub(super) fn hit(
         &self,
         scene: &Scene,
         origin: Vec3,
         direction: Vec3,
         nearest: f32,
-    ) -> Option<SurfaceSample> {
+    ) -> Option<TriangleHit> {
         let hierarchy = self.hierarchy.as_ref()?;
         let ray = finite_ray(origin, direction, nearest, f32::INFINITY)?;
         let mut hit = RayHit::none();
@@ -104,12 +111,12 @@ impl Geometry {
         });
         found.then(|| {
             let triangle = self.triangle(hierarchy, hit.primitive_id as usize);
-            scene.surface(
-                triangle.mesh as usize,
-                triangle.index as usize,
-                barycentrics(&triangle.corners, &ray),
+            TriangleHit {
+                mesh: triangle.mesh as usize,
+                triangle: triangle.index as usize,
+                barycentrics: barycentrics(&triangle.corners, &ray),
                 direction,
-            )
+            }
         })
     }
 

@@ -3,16 +3,19 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use lumigon::{DiffuseMethod, LocalOcclusion, LtcLobes, SpecularMethod};
+use lumigon::{DiffuseMethod, LocalOcclusion, Ltc, LtcLobes, SpecularMethod};
 
 use super::batch::Batch;
-use super::fitted_lobes::{Amplitudes, FittedBrdf, FittedLobe, FittedLobes};
+use super::fitted_lobes::{Amplitudes, AnisotropicLobe, FittedBrdf, FittedLobes};
 use super::lobes::{Lobes, Scattered, SheenLobe, SpecularLobe};
 use crate::scene::SurfaceSample;
 
-/// Fitted lobes, for their integrals over lights: position, surface normal, and the rows of
-/// `world_to_cosine`.
-pub(super) const FITTED: usize = 15;
+/// Fitted lobes, for their integrals over lights: position, surface normal, view and
+/// `shading_to_cosine`.
+pub(super) const FITTED: usize = 13;
+
+/// The same without symmetry: position, surface normal, and the rows of `world_to_cosine`.
+pub(super) const FITTED_ANISOTROPIC: usize = 15;
 
 /// GGX lobes, for their values in directions: position, normal, view, tangent, and the widths.
 pub(super) const DIRECT: usize = 14;
@@ -53,6 +56,8 @@ pub(super) struct Hits {
     /// coats: those of one kind are alike, and so are the branches they take. Weights of their form
     /// factors.
     pub(super) fitted: [Batch<FITTED, Scattered>; 4],
+    /// Those whose two widths differ.
+    pub(super) fitted_anisotropic: Batch<FITTED_ANISOTROPIC, Scattered>,
     /// GGX lobes to evaluate, base and coat. Reflectances at normal and at grazing incidence.
     pub(super) direct: [Batch<DIRECT, [Vec3; 2]>; 2],
     /// Those whose two widths differ.
@@ -81,6 +86,7 @@ impl Hits {
         self.exact_irradiance.clear();
         self.rough.clear();
         self.fitted.iter_mut().for_each(Batch::clear);
+        self.fitted_anisotropic.clear();
         self.direct.iter_mut().for_each(Batch::clear);
         self.direct_anisotropic.clear();
         self.sheens.clear();
@@ -143,9 +149,9 @@ impl Hits {
                 let weight = |amplitudes: &Amplitudes| {
                     lobe.single * amplitudes.whole + rough.multiple * amplitudes.part
                 };
-                for fitted in rough.fitted.lobes() {
-                    let numbers = fitted.numbers(lobes.position, lobes.normal);
-                    let weight = Scattered::diffuse(weight(&fitted.amplitudes));
+                for ltc in rough.fitted.lobes() {
+                    let numbers = numbers(ltc, lobes.position, lobes.normal, lobes.view);
+                    let weight = Scattered::diffuse(weight(&Amplitudes::new(ltc)));
                     self.fitted[DIFFUSE].push(index, weight, numbers);
                 }
                 cosine.diffuse += weight(&rough.fitted.cosine) * FRAC_1_PI;
@@ -229,10 +235,15 @@ impl Hits {
         if f0 == Vec3::ZERO && f90 == Vec3::ZERO {
             return;
         }
-        for lobe in fitted.lobes() {
+        for ltc in fitted.lobes() {
+            let weight = Scattered::specular(Amplitudes::new(ltc).reflectance(f0, f90));
+            let numbers = numbers(ltc, lobes.position, fitted.normal, lobes.view);
+            self.fitted[kind].push(index, weight, numbers);
+        }
+        if let Some(lobe) = &fitted.anisotropic {
             let weight = Scattered::specular(lobe.amplitudes.reflectance(f0, f90));
             let numbers = lobe.numbers(lobes.position, fitted.normal);
-            self.fitted[kind].push(index, weight, numbers);
+            self.fitted_anisotropic.push(index, weight, numbers);
         }
         cosine.specular += fitted.cosine.reflectance(f0, f90) * FRAC_1_PI;
     }
@@ -247,8 +258,15 @@ impl Hits {
     }
 }
 
-impl FittedLobe {
-    fn numbers(&self, position: Vec3, normal: Vec3) -> [f32; FITTED] {
+#[inline]
+fn numbers(ltc: &Ltc<f32>, position: Vec3, normal: Vec3, view: Vec3) -> [f32; FITTED] {
+    let [m11, m13, m31, m33] = ltc.shading_to_cosine;
+    let (first, last) = (Vec3::new(m11, m13, m31), Vec3::new(m33, 0.0, 0.0));
+    concatenated([position, normal, view, first, last])
+}
+
+impl AnisotropicLobe {
+    fn numbers(&self, position: Vec3, normal: Vec3) -> [f32; FITTED_ANISOTROPIC] {
         let [a, b, c] = self.world_to_cosine;
         concatenated([position, normal, a, b, c])
     }

@@ -67,7 +67,7 @@ pub(super) struct DiffuseLobe {
 }
 
 /// What EON adds to Lambert.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Rough {
     /// EON's r.
     pub(super) roughness: f32,
@@ -77,7 +77,7 @@ pub(super) struct Rough {
 }
 
 /// GGX about a normal, with its Fresnel reflectance.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct SpecularLobe {
     pub(super) normal: Vec3,
     /// Unit vector, at right angles to the normal; of no use where the widths are equal.
@@ -92,7 +92,7 @@ pub(super) struct SpecularLobe {
 }
 
 /// Charlie.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct SheenLobe {
     pub(super) alpha: f32,
     pub(super) weight: Vec3,

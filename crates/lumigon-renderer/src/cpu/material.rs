@@ -37,7 +37,7 @@ pub(super) struct LayeredMaterial {
 }
 
 impl LayeredMaterial {
-    #[inline]
+    #[inline(always)]
     pub(super) fn new(surface: &SurfaceSample) -> Self {
         let unit = |x: f32| x.clamp(0.0, 1.0);
         let unit3 = |x: Vec3| x.clamp(Vec3::ZERO, Vec3::ONE);

@@ -184,7 +184,8 @@ impl<'a> CpuRenderer<'a> {
                     let u = (f64::from(px) + offset[0]) / f64::from(settings.width);
                     let v = (f64::from(py) + offset[1]) / f64::from(settings.height);
                     let (origin, direction) = camera.ray(u as f32, v as f32, aspect);
-                    if let Some(surface) = self.geometry.surface(self.scene, origin, direction) {
+                    if let Some(hit) = self.geometry.hit(self.scene, origin, direction, 0.0) {
+                        let surface = hit.surface(self.scene);
                         hits.push(pixel, &surface, -direction, &self.fitted, wanted);
                     }
                 }

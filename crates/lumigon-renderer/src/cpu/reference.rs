@@ -25,9 +25,9 @@ struct TracedScene<'a> {
 impl lumigon_reference::Scene for TracedScene<'_> {
     fn intersect(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<Surface> {
         let (origin, direction) = (single(origin), single(direction));
-        let found =
-            self.geometry
-                .surface_beyond(self.scene, origin, direction, self.geometry.epsilon)?;
+        let epsilon = self.geometry.epsilon;
+        let hit = self.geometry.hit(self.scene, origin, direction, epsilon)?;
+        let found = hit.surface(self.scene);
         let material = LayeredMaterial::new(&found);
         Some(Surface {
             position: double(found.position),

@@ -3,13 +3,13 @@
 use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use lumigon::{
-    DiffuseMethod, Lanes, LocalOcclusion, PolygonLight, PreparedLtc, Real, SpecularMethod,
+    DiffuseMethod, Lanes, LocalOcclusion, Ltc, PolygonLight, PreparedLtc, Real, SpecularMethod,
     eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine, light_direction,
     ltc_form_factor, reflected_inclusion,
 };
 
 use super::batch::Batch;
-use super::hits::{DIRECT, FITTED, Hits};
+use super::hits::{DIRECT, FITTED, FITTED_ANISOTROPIC, Hits};
 use super::lobes::Scattered;
 use super::vector;
 use crate::scene::PunctualLight;
@@ -49,7 +49,16 @@ pub(super) fn polygons(
     }
     for fitted in hits.fitted.iter().filter(|batch| !batch.is_empty()) {
         let sums = dispatch!(Level::new(), simd => {
-            form_factors(simd, fitted, lights)
+            form_factors(simd, fitted, lights, isotropic)
+        });
+        for (i, &(hit, weight)) in fitted.entries().iter().enumerate() {
+            scattered[hit as usize] += weight * at(&sums, i);
+        }
+    }
+    let fitted = &hits.fitted_anisotropic;
+    if !fitted.is_empty() {
+        let sums = dispatch!(Level::new(), simd => {
+            form_factors(simd, fitted, lights, anisotropic)
         });
         for (i, &(hit, weight)) in fitted.entries().iter().enumerate() {
             scattered[hit as usize] += weight * at(&sums, i);
@@ -137,25 +146,55 @@ fn irradiance<S: Simd>(
     sums
 }
 
-/// The fitted lobes' form factors.
+/// The lobes of one packet.
 #[inline(always)]
-fn form_factors<S: Simd>(
+fn isotropic<S: Simd>(
     simd: S,
     lobes: &Batch<FITTED, Scattered>,
+    start: usize,
+) -> PreparedLtc<Lanes<S>> {
+    let normal = lobes.vectors(simd, 3, start);
+    let view = lobes.vectors(simd, 6, start);
+    // Amplitudes are in the batch's weights.
+    let mut lobe = Ltc::cosine(Lanes::splat(simd, 0.0));
+    lobe.shading_to_cosine = [
+        lobes.lanes(simd, 9, start),
+        lobes.lanes(simd, 10, start),
+        lobes.lanes(simd, 11, start),
+        lobes.lanes(simd, 12, start),
+    ];
+    PreparedLtc::new(&lobe, normal, view)
+}
+
+/// The same without symmetry.
+#[inline(always)]
+fn anisotropic<S: Simd>(
+    simd: S,
+    lobes: &Batch<FITTED_ANISOTROPIC, Scattered>,
+    start: usize,
+) -> PreparedLtc<Lanes<S>> {
+    let rows = [
+        lobes.vectors(simd, 6, start),
+        lobes.vectors(simd, 9, start),
+        lobes.vectors(simd, 12, start),
+    ];
+    PreparedLtc::from_world_to_cosine(rows, lobes.vectors(simd, 3, start))
+}
+
+/// The fitted lobes' form factors.
+#[inline(always)]
+fn form_factors<S: Simd, const N: usize>(
+    simd: S,
+    lobes: &Batch<N, Scattered>,
     lights: &[ShadingLight],
+    prepare: impl Fn(S, &Batch<N, Scattered>, usize) -> PreparedLtc<Lanes<S>>,
 ) -> Sums {
     let mut sums = lobes.dark();
     lobes.for_each_packet::<S>(
         #[inline(always)]
         |start| {
             let point = lobes.vectors(simd, 0, start);
-            let normal = lobes.vectors(simd, 3, start);
-            let rows = [
-                lobes.vectors(simd, 6, start),
-                lobes.vectors(simd, 9, start),
-                lobes.vectors(simd, 12, start),
-            ];
-            let prepared = PreparedLtc::from_world_to_cosine(rows, normal);
+            let prepared = prepare(simd, lobes, start);
             let mut sum = [Lanes::splat(simd, 0.0); 3];
             for light in lights {
                 let form_factor = ltc_form_factor(&light.polygon, point, &prepared);
