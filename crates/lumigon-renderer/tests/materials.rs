@@ -161,7 +161,7 @@ fn brdfs_and_layering_are_the_path_tracers() {
             }
         }
         println!("{name}: {worst:?}");
-        assert!(worst[0] < 0.09 && worst[1] < 0.01, "{name}: {worst:?}");
+        assert!(worst[0] < 0.02 && worst[1] < 0.002, "{name}: {worst:?}");
     }
 }
 
@@ -207,14 +207,16 @@ fn polygons_on_every_layer_are_near_the_path_tracer() {
         let scene = spheres(&material);
         let [diffuse, specular] = errors(&rendered(&scene), &traced(&scene, 256));
         println!("{name}: diffuse {diffuse:.4?}, specular {specular:.4?}");
+        // Plain dielectrics err most: the lobe that has the shape of the reflection with F = 1 is
+        // not that of Schlick's part of it, which comes from grazing directions.
         let (diffuse_bounds, specular_bounds) = match name {
-            "base" => ([0.02, 0.01], [0.25, 0.1]),
-            "specular and ior" => ([0.02, 0.01], [0.07, 0.015]),
-            "anisotropy" => ([0.0, 0.0], [0.8, 0.1]),
-            "diffuse roughness" => ([0.06, 0.01], [0.25, 0.1]),
-            "sheen" => ([0.02, 0.01], [0.17, 0.06]),
-            "clearcoat" => ([0.0, 0.0], [0.07, 0.015]),
-            _ => ([0.1, 0.06], [0.35, 0.06]),
+            "base" => ([0.01, 0.005], [0.25, 0.1]),
+            "specular and ior" => ([0.01, 0.005], [0.06, 0.006]),
+            "anisotropy" => ([0.0, 0.0], [0.09, 0.03]),
+            "diffuse roughness" => ([0.05, 0.005], [0.25, 0.1]),
+            "sheen" => ([0.01, 0.005], [0.14, 0.05]),
+            "clearcoat" => ([0.0, 0.0], [0.06, 0.006]),
+            _ => ([0.01, 0.01], [0.06, 0.012]),
         };
         for (error, bounds) in [(diffuse, diffuse_bounds), (specular, specular_bounds)] {
             assert!(error[0] <= bounds[0], "{name}: RMS {error:?}");
@@ -227,8 +229,8 @@ fn polygons_on_every_layer_are_near_the_path_tracer() {
 #[test]
 fn two_lobes_err_less_than_one() {
     for (name, metallic, bounds) in [
-        ("metal", 1.0, [0.05, 0.03]),
-        ("dielectric", 0.0, [0.2, 0.1]),
+        ("metal", 1.0, [0.045, 0.02]),
+        ("dielectric", 0.0, [0.3, 0.06]),
     ] {
         let (mut squares, mut count) = ([0.0; 2], 0);
         for perceptual_roughness in [0.25, 0.5, 0.8] {
@@ -391,8 +393,8 @@ fn furnace_is_not_exceeded() {
             }
         }
         println!("{name}: {least} to {greatest}");
-        assert!(greatest < 1.01, "{name}: {greatest}");
-        assert!(least > 0.4, "{name}: {least}");
+        assert!(greatest < 1.003, "{name}: {greatest}");
+        assert!(least > 0.65, "{name}: {least}");
     }
 }
 
