@@ -86,7 +86,9 @@ pub struct AnisotropicLtcTable {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LtcTableError {
     /// The length is not that of a table of this shape.
-    #[error("{length} bytes are not a table of {channels} f32 a texel with at least 2 texels a side: export the table again")]
+    #[error(
+        "{length} bytes are not a table of {channels} f32 a texel with at least 2 texels a side: export the table again"
+    )]
     Length {
         /// Number of bytes.
         length: usize,
@@ -289,10 +291,7 @@ impl AnisotropicLtcTable {
         // The table has the greater width along x, and one quadrant of azimuths.
         let turned = alpha[1] > alpha[0];
         let (alpha, view) = if turned {
-            (
-                [alpha[1], alpha[0]],
-                Vec3::new(view.y, -view.x, view.z),
-            )
+            ([alpha[1], alpha[0]], Vec3::new(view.y, -view.x, view.z))
         } else {
             (alpha, view)
         };
