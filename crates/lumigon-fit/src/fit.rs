@@ -142,10 +142,7 @@ impl Problem {
     /// A first fit, near the texel's before it where there is one.
     fn march(&self, settings: &Settings, previous: Option<&Lobes>) -> Lobes {
         match previous {
-            Some(start) => {
-                self.fit(settings, start, Some((start, settings.smoothing)))
-                    .0
-            }
+            Some(start) => self.fit(settings, start, Some((start, settings.smoothing))).0,
             None => self.first(settings),
         }
     }

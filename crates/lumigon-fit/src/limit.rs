@@ -66,17 +66,8 @@ impl Limit {
             j[1] * j[1] * x + j[2] * j[2] * y,
         ];
         let shading_to_peak = turn(-theta * azimuth);
-        let soft = if let Ok(k) = std::env::var("SOFT") {
-            let k: f64 = k.parse().unwrap();
-            (view.z + k) / (1.0 + k)
-        } else {
-            1.0
-        };
-        let j = [
-            ux * ux + soft * uy * uy,
-            (1.0 - soft) * ux * uy,
-            uy * uy + soft * ux * ux,
-        ];
+        let soft = if let Ok(k) = std::env::var("SOFT").and_then(|k| if ax == ay { Err(std::env::VarError::NotPresent) } else { Ok(k) }) { let k: f64 = k.parse().unwrap(); (view.z + k) / (1.0 + k) } else { 1.0 };
+        let j = [ux * ux + soft * uy * uy, (1.0 - soft) * ux * uy, uy * uy + soft * ux * ux];
         let determinant = j[0] * j[2] - j[1] * j[1];
         let peak_to_unit = DMat3::from_cols(
             DVec3::new(j[2] / ax, -j[1] / ay, 0.0) / determinant,

@@ -68,9 +68,9 @@ impl Default for Settings {
             directions: 10_946,
             samples: 320,
             sweeps: 3,
-            smoothing: 0.03,
+            smoothing: 0.015,
             furnace: 1.0,
-            secondary: 0.5,
+            secondary: 0.4,
             floor: 0.05,
         }
     }
@@ -86,7 +86,10 @@ impl Settings {
             ..Self::default()
         };
         match brdf {
-            BrdfKind::Ggx if lobes > 1 => Self { sweeps: 5, ..base },
+            BrdfKind::Ggx if lobes > 1 => Self {
+                sweeps: 5,
+                ..base
+            },
             BrdfKind::Ggx | BrdfKind::Eon => base,
             // A dim lobe on which the cosine is of no use.
             BrdfKind::Charlie => Self {

@@ -1,9 +1,9 @@
 //! Fitted lobes, looked up by roughness and view angle.
 //!
 //! What a table stores is a lobe relative to what its BRDF tends to: GGX tends to a lobe about the
-//! mirrored view whose width is of the order of alpha, so a GGX matrix is stored about that
-//! direction, its third column and row divided by alpha. The direction and alpha are known exactly
-//! at every point; interpolating them too would need tables fine enough to resolve a mirror.
+//! mirrored view whose width goes with alpha, so a GGX matrix is stored about that direction and
+//! stretched by alpha. Both are known exactly at every point; interpolating them too would need
+//! tables fine enough to resolve a mirror.
 
 use alloc::vec::Vec;
 
@@ -54,7 +54,7 @@ impl<const LOBES: usize> LtcSum<LOBES> {
 /// What a table's matrices are relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Frame {
-    /// About the mirrored view, third column and row in units of alpha.
+    /// About the mirrored view, directions across it in units of alpha.
     Mirror,
     /// About the normal.
     Normal,
@@ -86,9 +86,7 @@ pub struct AnisotropicLtcTable {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LtcTableError {
     /// The length is not that of a table of this shape.
-    #[error(
-        "{length} bytes are not a table of {channels} f32 a texel with at least 2 texels a side: export the table again"
-    )]
+    #[error("{length} bytes are not a table of {channels} f32 a texel with at least 2 texels a side: export the table again")]
     Length {
         /// Number of bytes.
         length: usize,
@@ -162,7 +160,7 @@ impl<const LOBES: usize> LtcTable<LOBES> {
         for (index, texel) in texels.chunks_exact(channels).enumerate() {
             let is_lobe = (0..LOBES).all(|lobe| {
                 let [k11, k13, k31, k33] = matrix(texel, lobe);
-                k11 > 0.0 && k11 * k33 - k13 * k31 > 0.0
+                k11 * k33 - k13 * k31 > 0.0
             });
             if !is_lobe || texel[4 * LOBES..].iter().any(|&amplitude| amplitude < 0.0) {
                 return Err(LtcTableError::Texel { index });
@@ -234,7 +232,7 @@ impl Frame {
             return [k11, k13, k31, k33];
         }
         let alpha = (perceptual_roughness * perceptual_roughness).max(MINIMUM_ALPHA as f32);
-        let (k13, k31, k33) = (alpha * k13, alpha * k31, alpha * k33);
+        let (k13, k33) = (alpha * k13, alpha * k33);
         // The mirrored view becomes z.
         let cosine = cos_view.max(LEAST_COSINE);
         let sine = Real::sqrt((1.0 - cosine) * (1.0 + cosine));
@@ -291,7 +289,10 @@ impl AnisotropicLtcTable {
         // The table has the greater width along x, and one quadrant of azimuths.
         let turned = alpha[1] > alpha[0];
         let (alpha, view) = if turned {
-            ([alpha[1], alpha[0]], Vec3::new(view.y, -view.x, view.z))
+            (
+                [alpha[1], alpha[0]],
+                Vec3::new(view.y, -view.x, view.z),
+            )
         } else {
             (alpha, view)
         };

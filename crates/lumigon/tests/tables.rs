@@ -25,10 +25,7 @@ struct Case {
 }
 
 fn cases(name: &str) -> Vec<Case> {
-    let path = format!(
-        "{}/../../tests/truth/{name}.jsonl",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let path = format!("{}/../../tests/truth/{name}.jsonl", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap();
     text.lines()
         .map(|line| serde_json::from_str(line).unwrap())
@@ -256,11 +253,7 @@ fn lookups_are_lobes_everywhere() {
             assert!(a.dot(b.cross(c)) > 0.0, "{lobe:?}");
         }
     }
-    for (u, cosine) in [
-        (f32::NAN, f32::NAN),
-        (-1.0, 2.0),
-        (f32::INFINITY, f32::NEG_INFINITY),
-    ] {
+    for (u, cosine) in [(f32::NAN, f32::NAN), (-1.0, 2.0), (f32::INFINITY, f32::NEG_INFINITY)] {
         one.lookup(u, cosine).iter().for_each(check);
         let lobe = anisotropic.lookup([u, cosine], Vec3::new(u, cosine, u));
         assert!(lobe.amplitude.is_finite());
