@@ -67,7 +67,6 @@ impl Table {
                         }
                     })
                     .collect();
-                let place: Vec<f64> = if std::env::var("SNAP").is_ok() { place.iter().zip(self.sizes()).map(|(u, n)| { let n = (n - 1) as f64; (u * n).round() / n }).collect() } else { place };
                 let directions = self.settings().directions.max(20_000);
                 let (node, lobe) = Node::new(self.brdf(), &place, directions);
                 let lobes = self.lookup_at(&place);

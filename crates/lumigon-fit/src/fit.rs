@@ -521,10 +521,45 @@ mod tests {
             ..Settings::default()
         };
         fit(&settings, &progress, &AtomicBool::new(false)).unwrap();
-        let texel_fits = 9 * (1 + settings.sweeps as usize);
+        let texel_fits = 9 * (1 + 2 * settings.sweeps as usize);
         assert_eq!(calls.load(Ordering::Relaxed), texel_fits);
         assert_eq!(last.load(Ordering::Relaxed), texel_fits);
         let cancelled = fit(&settings, &|_, _| (), &AtomicBool::new(true));
         assert!(matches!(cancelled, Err(FitError::Cancelled)));
+    }
+
+    /// Stopped anywhere, saved as text and resumed, a fit ends where it would have anyway.
+    #[test]
+    fn resumes_to_the_same_bits() {
+        let settings = Settings {
+            size: 4,
+            lobes: 2,
+            cosine: false,
+            directions: 300,
+            samples: 16,
+            sweeps: 1,
+            ..Settings::default()
+        };
+        let whole = on_threads(2, &settings);
+        for stop_after in [1, 7, 16, 17, 40] {
+            let first = Fit::new(&settings).unwrap();
+            let cancel = AtomicBool::new(false);
+            let stop = |done: usize, _| {
+                if done >= stop_after {
+                    cancel.store(true, Ordering::Relaxed);
+                }
+            };
+            assert!(matches!(first.run(&stop, &cancel), Err(FitError::Cancelled)));
+            let text = serde_json::to_string(&first.checkpoint()).unwrap();
+            let checkpoint: Checkpoint = serde_json::from_str(&text).unwrap();
+            let other = Settings { seed: 9, ..settings.clone() };
+            assert!(Fit::resume(&other, checkpoint.clone()).is_err());
+            let resumed = Fit::resume(&settings, checkpoint).unwrap();
+            let table = resumed.run(&|_, _| (), &AtomicBool::new(false)).unwrap();
+            assert_eq!(table, whole);
+        }
+        let damaged = r#"{"settings":"","pass":0,"previous":[],"current":[]}"#;
+        let damaged: Checkpoint = serde_json::from_str(damaged).unwrap();
+        assert!(Fit::resume(&settings, damaged).is_err());
     }
 }

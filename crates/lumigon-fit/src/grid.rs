@@ -173,11 +173,11 @@ mod tests {
             size: 6,
             ..Settings::default()
         });
-        assert_eq!(grid.count(), 6 * 3 * 6 * 3);
+        assert_eq!(grid.count(), 3 * 6 * 6 * 3);
         for index in [0, 5, 17, 100, grid.count() - 1] {
             assert_eq!(grid.index(&grid.position(index)), Some(index));
         }
-        assert_eq!(grid.index(&[0, 3, 0, 0]), None);
+        assert_eq!(grid.index(&[3, 0, 0, 0]), None);
         let stages = grid.lines_from_seed();
         let mut seen = vec![stages[0][0][0][0]];
         for lines in stages {

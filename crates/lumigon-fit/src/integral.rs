@@ -16,6 +16,11 @@ use crate::{
 /// Weight of amplitudes above 1 in all, relative to the furnace's.
 const ENERGY: f64 = 10.0;
 
+/// Weight of the cosine's amplitude among the residuals. A broad lobe and the cosine can stand for
+/// each other; without a price on one of them neighbours share the work differently, and between
+/// them the table is wrong.
+const RESTRAINT: f64 = 0.2;
+
 /// Most lobes of a sum.
 const MAX_LOBES: usize = 3;
 
@@ -191,7 +196,7 @@ impl IntegralResiduals {
         }
         let last = lobes.len() - 1;
         amplitudes[last] = 0.0;
-        let (mut numerator, mut denominator) = (0.0, 0.0);
+        let (mut numerator, mut denominator) = (0.0, RESTRAINT * RESTRAINT);
         let mut add = |values: &[f64; MAX_LOBES], truth: f64, weight: f64| {
             let left = truth - dot(values, &amplitudes);
             numerator += weight * weight * values[last] * left;
@@ -248,6 +253,9 @@ impl Residuals for IntegralResiduals {
         residuals.push(furnace * (dot(&shares, &amplitudes) / self.albedo - 1.0));
         // Amplitudes above 1 can be right at a texel whose lobe dips below the horizon and still
         // make energy between texels, where the two interpolate apart.
+        if self.objective.cosine {
+            residuals.push(RESTRAINT * amplitudes[lobes.len() - 1]);
+        }
         let excess = (amplitudes.iter().sum::<f64>() - 1.0).max(0.0);
         residuals.push(furnace * ENERGY * excess);
     }

@@ -74,13 +74,14 @@ impl BrdfKind {
         }
     }
 
-    /// Texels along each axis of a table of nominal size `size`.
+    /// Texels along each axis of a table of nominal size `size`. Of four axes, the ratio of the
+    /// widths and the view angle need twice the texels of the others.
     pub fn sizes(self, size: u32) -> Vec<usize> {
         let size = size as usize;
         match self {
             Self::GgxAnisotropic => {
                 let half = (size / 2).max(2);
-                vec![size, half, size, half]
+                vec![half, size, size, half]
             }
             _ => vec![size, size],
         }

@@ -66,14 +66,7 @@ impl Limit {
             j[1] * j[1] * x + j[2] * j[2] * y,
         ];
         let shading_to_peak = turn(-theta * azimuth);
-        let soft = if let Ok(k) = std::env::var("SOFT").and_then(|k| if ax == ay { Err(std::env::VarError::NotPresent) } else { Ok(k) }) { let k: f64 = k.parse().unwrap(); (view.z + k) / (1.0 + k) } else { 1.0 };
-        let j = [ux * ux + soft * uy * uy, (1.0 - soft) * ux * uy, uy * uy + soft * ux * ux];
-        let determinant = j[0] * j[2] - j[1] * j[1];
-        let peak_to_unit = DMat3::from_cols(
-            DVec3::new(j[2] / ax, -j[1] / ay, 0.0) / determinant,
-            DVec3::new(-j[1] / ax, j[0] / ay, 0.0) / determinant,
-            DVec3::Z,
-        );
+        let peak_to_unit = DMat3::from_diagonal(DVec3::new(1.0 / ax, 1.0 / ay, 1.0));
         Self {
             shading_to_peak,
             ln_width: symmetric::ln(covariance).map(|x| 0.5 * x),

@@ -247,7 +247,7 @@ impl Frame {
 
 impl AnisotropicLtcTable {
     const CHANNELS: usize = 12;
-    const SIZES: [usize; 4] = [16, 8, 16, 8];
+    const SIZES: [usize; 4] = [8, 16, 16, 8];
 
     /// GGX with height-correlated Smith shadowing: `tables/ggx-anisotropic-16.f32`.
     pub fn ggx() -> Self {
@@ -267,13 +267,8 @@ impl AnisotropicLtcTable {
             .unwrap_or(0);
         let texels = numbers(bytes, count, Self::CHANNELS, least)?;
         for (index, texel) in texels.chunks_exact(Self::CHANNELS).enumerate() {
-            let [k11, k12] = [texel[0], texel[1]];
-            let is_lobe = k11 > 0.0
-                && k11 * (2.0 - k11) - k12 * k12 > 0.0
-                && determinant(symmetric(texel)) > 0.0
-                && texel[7] >= 0.0
-                && texel[8] >= 0.0;
-            if !is_lobe {
+            let amplitudes = texel[7] >= 0.0 && texel[8] >= 0.0;
+            if !(amplitudes && determinant(symmetric(texel)) > 0.0) {
                 return Err(LtcTableError::Texel { index });
             }
         }
@@ -322,15 +317,14 @@ impl AnisotropicLtcTable {
                 *number += weight * x;
             }
         }
+        // A mirrored view mirrors the lobe, and microfacets stretch it by their widths.
+        let mirror = [sx, sy, 1.0];
         let scale = 2.0 * alpha[0] * alpha[1] / (alpha[0] + alpha[1]);
+        let stretch = [scale / alpha[0], scale / alpha[1], scale];
         let mut rows = symmetric(&numbers);
-        for (i, row) in rows.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                if (i == 2) || (j == 2) {
-                    *entry *= scale;
-                }
-                let mirrored = |k: usize| [sx, sy, 1.0][k];
-                *entry *= mirrored(i) * mirrored(j);
+        for (row, flip) in rows.iter_mut().zip(mirror) {
+            for ((entry, flop), by) in row.iter_mut().zip(mirror).zip(stretch) {
+                *entry *= flip * flop * by;
             }
         }
         // The mirrored view becomes z, by a turn about the axis at right angles to both.
@@ -369,7 +363,7 @@ fn about_mirror([x, y, z]: [f32; 3], view: Vec3<f32>, cosine: f32) -> [f32; 3] {
     ]
 }
 
-/// The matrix of an anisotropic texel, its third column and row still in units of the scale.
+/// The matrix of an anisotropic texel, from unit space.
 #[inline]
 fn symmetric(texel: &[f32]) -> [[f32; 3]; 3] {
     let [k11, k12, k13, k23, k31, k32, k33] = core::array::from_fn(|i| texel[i]);
