@@ -330,7 +330,7 @@ mod tests {
                         let point = Vec3::new(x, 0.0, z);
                         let normal = Vec3::new(0.0, 1.0, 0.0);
                         let whole = lumigon::light_vector(&light, point).y;
-                        let seen = lumigon::irradiance(&light, point, normal);
+                        let seen = irradiance(&light, point, normal);
                         assert!(seen > 0.0, "{placement:?} {vertices} at {x} {z}");
                         let is_clipped = (seen - whole).abs() > 1e-5 * seen;
                         assert_eq!(is_clipped, placement == Placement::Clipped);
