@@ -273,8 +273,11 @@ pub fn ggx_polynomial(perceptual_roughness: f32, cos_view: f32) -> LtcSum<1> {
         amplitude: unit(value(amplitude)),
         schlick: unit(value(amplitude + 1)),
     };
-    let stored = core::array::from_fn(value);
-    let matrix = Frame::Mirror.matrix(stored, perceptual_roughness, cosine);
+    // At grazing views of mirrors the map nearly folds over; a polynomial's error must not do it.
+    let [k11, k13, k31, k33] = core::array::from_fn(value);
+    let k11 = k11.max(2e-3);
+    let k33 = k33.max(k13 * k31 / k11 + 1e-3);
+    let matrix = Frame::Mirror.matrix([k11, k13, k31, k33], perceptual_roughness, cosine);
     let (own, mut term) = (lobe(matrix, 4), lobe(Ltc::cosine(0.0).shading_to_cosine, 6));
     // No energy is made: a polynomial may pass what its texels keep to.
     term.amplitude = term.amplitude.min(1.0 - own.amplitude);

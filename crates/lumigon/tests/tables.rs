@@ -346,7 +346,7 @@ fn ripple<const LOBES: usize>(table: &LtcTable<LOBES>) -> f64 {
         square(-1.5, 0.0, 0.5),
         square(-6.0, 1.0, 2.5),
     ] {
-        let light = PolygonLight::new(&[outline.clone()], Sides::Both).unwrap();
+        let light = PolygonLight::new(std::slice::from_ref(&outline), Sides::Both).unwrap();
         let light: PolygonLight<f32> = light.cast().unwrap();
         let polygon = lumigon_reference::Polygon::new(&[outline], true).unwrap();
         let error = |u: f64, v: f64| {
