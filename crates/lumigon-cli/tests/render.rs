@@ -113,6 +113,7 @@ fn methods_and_the_reference_are_what_they_say() {
         "--diffuse projected-area --basis biased",
         "--diffuse projected-area --basis biased --bias 0.25",
         "--specular none",
+        "--specular ltc-2",
         "--reference --spp 2 --no-shadows",
         "--reference --spp 2 --no-shadows --seed 5",
         "--reference --spp 2 --bounces 3",
