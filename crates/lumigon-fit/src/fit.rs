@@ -142,7 +142,10 @@ impl Problem {
     /// A first fit, near the texel's before it where there is one.
     fn march(&self, settings: &Settings, previous: Option<&Lobes>) -> Lobes {
         match previous {
-            Some(start) => self.fit(settings, start, Some((start, settings.smoothing))).0,
+            Some(start) => {
+                self.fit(settings, start, Some((start, settings.smoothing)))
+                    .0
+            }
             None => self.first(settings),
         }
     }
@@ -549,10 +552,16 @@ mod tests {
                     cancel.store(true, Ordering::Relaxed);
                 }
             };
-            assert!(matches!(first.run(&stop, &cancel), Err(FitError::Cancelled)));
+            assert!(matches!(
+                first.run(&stop, &cancel),
+                Err(FitError::Cancelled)
+            ));
             let text = serde_json::to_string(&first.checkpoint()).unwrap();
             let checkpoint: Checkpoint = serde_json::from_str(&text).unwrap();
-            let other = Settings { seed: 9, ..settings.clone() };
+            let other = Settings {
+                seed: 9,
+                ..settings.clone()
+            };
             assert!(Fit::resume(&other, checkpoint.clone()).is_err());
             let resumed = Fit::resume(&settings, checkpoint).unwrap();
             let table = resumed.run(&|_, _| (), &AtomicBool::new(false)).unwrap();
