@@ -26,13 +26,16 @@ pub(super) struct LookupFigures {
 /// Axes of a table, each from 0 to 1, enough for any.
 type Place = [f32; 4];
 
+/// A table's name, the numbers that a lookup reads, and the lookup.
+type Row<'a> = (&'static str, usize, &'a dyn Fn(&Place));
+
 pub(super) fn measure(interrupt: &Interrupt) -> Result<Vec<LookupFigures>, Failure> {
     println!("\n{:26} {:>12} {:>10}", "lookup", "numbers read", "ns");
     let places = places();
     let (ggx, ggx_2) = (LtcTable::ggx(), LtcTable::ggx_2());
     let anisotropic = AnisotropicLtcTable::ggx();
     let isotropic = |place: &Place| (place[0], place[1]);
-    let rows: [(&'static str, usize, &dyn Fn(&Place)); 3] = [
+    let rows: [Row<'_>; 3] = [
         ("ggx", 4 * 8, &|place| {
             let (perceptual_roughness, cosine) = isotropic(place);
             black_box(ggx.lookup(perceptual_roughness, cosine));

@@ -74,11 +74,9 @@ enum Objective {
 
 fn brdf() -> impl TypedValueParser<Value = BrdfKind> {
     PossibleValuesParser::new(BrdfKind::ALL.map(BrdfKind::name)).map(|name| {
-        let kinds = BrdfKind::ALL.into_iter();
-        kinds
-            .filter(|kind| kind.name() == name)
-            .next_back()
-            .expect("the parser knows these names alone")
+        let mut kinds = BrdfKind::ALL.into_iter();
+        let kind = kinds.find(|kind| kind.name() == name);
+        kind.expect("the parser knows these names alone")
     })
 }
 
