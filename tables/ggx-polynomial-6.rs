@@ -1,5 +1,7 @@
-// Polynomial of degree 6 of the table ggx-32: `lumigon fit polynomial tables/ggx-32.json --degree 6`.
-// By number of a texel, by power of y = 2 sqrt(1 - cos theta) - 1, by power of x = 2 perceptual roughness - 1.
+// ggx-32 as polynomials: lumigon fit polynomial tables/ggx-32.json --degree 6
+// By number of a texel, by power of y, by power of x; from -1 to 1:
+// x = 2 u - 1, u = perceptual_roughness, 0 to 1; alpha = max(perceptual_roughness^2, 1e-4)
+// y = 2 v - 1, v = sqrt(1 - cos theta_view), 0 to 1; theta_view at most 89.9 degrees
 [
     // k11
     [

@@ -2,7 +2,7 @@ use std::fmt::Write;
 
 use nalgebra::DMatrix;
 
-use crate::{fit::FitError, ltc::Ltc, table::Table};
+use crate::{errors::ErrorReport, fit::FitError, ltc::Ltc, table::Table};
 
 /// A table's numbers as polynomials of its two coordinates: small enough to stand in a shader's
 /// source, where a table would have to be loaded and bound.
@@ -113,6 +113,24 @@ impl Polynomial {
             lobe.secondary = lobe.secondary.clamp(0.0, 1.0);
         }
         lobes
+    }
+
+    /// Measures the polynomial as [`Table::errors`] does the table.
+    pub fn errors(
+        &self,
+        perceptual_roughness: [f64; 2],
+        seed: u64,
+        nodes: u32,
+        lights: u32,
+    ) -> ErrorReport {
+        let lookup = |place: &[f64]| self.lookup_at([place[0], place[1]]);
+        ErrorReport::measure(
+            self.table.settings(),
+            &lookup,
+            perceptual_roughness,
+            seed,
+            [nodes, lights],
+        )
     }
 
     /// The coefficients as the text of a Rust array `[[[f32; terms]; terms]; channels]`: by

@@ -5,6 +5,7 @@ use clap::{Args, Subcommand};
 use crate::Failure;
 
 mod export;
+mod polynomial;
 mod report;
 mod table_fit;
 mod unfinished;
@@ -27,6 +28,7 @@ pub struct Fit {
 #[derive(Debug, Subcommand)]
 enum Tool {
     Export(export::Export),
+    Polynomial(polynomial::Polynomial),
     Report(report::Report),
 }
 
@@ -34,11 +36,12 @@ impl Fit {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         match (&self.tool, &self.table) {
             (Some(Tool::Export(export)), _) => export.run(),
+            (Some(Tool::Polynomial(polynomial)), _) => polynomial.run(),
             (Some(Tool::Report(report)), _) => report.run(),
             (None, Some(table)) => table.run(),
             (None, None) => Err(Failure::usage(
                 "fit",
-                "name a BRDF to fit, or one of export and report",
+                "name a BRDF to fit, or one of export, polynomial and report",
             )),
         }
     }
