@@ -18,7 +18,8 @@ pub struct RenderSettings {
     pub samples: u32,
     /// How diffuse light is computed.
     pub diffuse: DiffuseMethod,
-    /// How specular light is computed.
+    /// How specular light is computed. [`LtcLobes::Two`](lumigon::LtcLobes::Two) holds for isotropic
+    /// GGX, coats included: anisotropic surfaces, sheens and rough diffuse ones keep their one lobe.
     pub specular: SpecularMethod,
 }
 

@@ -38,6 +38,12 @@ impl<const N: usize, W: Copy> Batch<N, W> {
         }
     }
 
+    /// Keeps the memory for what comes next.
+    pub(super) fn clear(&mut self) {
+        self.entries.clear();
+        self.packets.clear();
+    }
+
     pub(super) fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }

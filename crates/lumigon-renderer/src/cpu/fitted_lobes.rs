@@ -1,7 +1,11 @@
 //! The fitted lobe of each BRDF: the one place that knows which table is whose.
 
+use std::sync::LazyLock;
+
 use glam::Vec3;
-use lumigon::{Ltc, LtcSum, LtcTable};
+use lumigon::{AnisotropicLtcTable, Ltc, LtcLobes, LtcSum, LtcTable};
+
+use super::vector;
 
 /// A linearly transformed cosine in world space.
 #[derive(Clone, Copy, Debug, Default)]
@@ -86,6 +90,7 @@ impl FittedBrdf {
 /// The tables that ship with the library.
 pub(super) struct FittedLobes {
     ggx: LtcTable<1>,
+    ggx_2: LtcTable<2>,
     charlie: LtcTable<1>,
     eon: LtcTable<1>,
 }
@@ -94,26 +99,61 @@ impl FittedLobes {
     pub(super) fn new() -> Self {
         Self {
             ggx: LtcTable::ggx(),
+            ggx_2: LtcTable::ggx_2(),
             charlie: LtcTable::charlie(),
             eon: LtcTable::eon(),
         }
     }
 
-    /// GGX of this width.
-    pub(super) fn ggx(&self, alpha: f32, normal: Vec3, view: Vec3) -> FittedBrdf {
-        let sum = self.ggx.lookup(alpha.sqrt(), normal.dot(view));
-        FittedBrdf::isotropic(&sum, normal, view)
+    /// GGX of this width, by one lobe and the cosine or by two.
+    pub(super) fn ggx(&self, alpha: f32, normal: Vec3, view: Vec3, count: LtcLobes) -> FittedBrdf {
+        let (perceptual_roughness, cosine) = (alpha.sqrt(), normal.dot(view));
+        match count {
+            LtcLobes::One => {
+                let sum = self.ggx.lookup(perceptual_roughness, cosine);
+                FittedBrdf::isotropic(&sum, normal, view)
+            }
+            LtcLobes::Two => {
+                let sum = self.ggx_2.lookup(perceptual_roughness, cosine);
+                FittedBrdf::isotropic(&sum, normal, view)
+            }
+        }
     }
 
-    /// GGX of these widths along and across the tangent.
+    /// GGX of these widths along and across the unit tangent, always by one lobe.
     pub(super) fn ggx_anisotropic(
         &self,
-        [along, across]: [f32; 2],
-        _tangent: Vec3,
+        alpha: [f32; 2],
+        tangent: Vec3,
         normal: Vec3,
         view: Vec3,
     ) -> FittedBrdf {
-        self.ggx((along * across).sqrt(), normal, view)
+        // By far the largest table, and few scenes ask for it.
+        static TABLE: LazyLock<AnisotropicLtcTable> = LazyLock::new(AnisotropicLtcTable::ggx);
+        let bitangent = normal.cross(tangent);
+        let in_frame = Vec3::new(tangent.dot(view), bitangent.dot(view), normal.dot(view));
+        let ltc = TABLE.lookup(alpha, vector(in_frame));
+        let to_world = |[x, y, z]: [f32; 3]| tangent * x + bitangent * y + normal * z;
+        let amplitudes = Amplitudes {
+            whole: ltc.amplitude,
+            part: ltc.schlick,
+        };
+        let share = ltc.share_above_horizon();
+        let mut lobes = [FittedLobe::default(); 2];
+        lobes[0] = FittedLobe {
+            world_to_cosine: ltc.shading_to_cosine.map(to_world),
+            amplitudes,
+        };
+        FittedBrdf {
+            normal,
+            lobes,
+            count: 1,
+            cosine: Amplitudes::default(),
+            albedos: Amplitudes {
+                whole: amplitudes.whole * share,
+                part: amplitudes.part * share,
+            },
+        }
     }
 
     /// Charlie; its albedo may pass 1, for narrow fibres seen along the surface.

@@ -24,8 +24,17 @@ struct TracedTriangle {
     corners: Triangle,
     mesh: u32,
     index: u32,
-    /// Whether a hit must be confirmed: single-sided or cut out by an alpha mask.
-    conditional: bool,
+    there: There,
+}
+
+/// From where a triangle can be met.
+#[derive(Clone, Copy)]
+enum There {
+    Always,
+    /// Seen from where it runs counter-clockwise.
+    FromItsFront,
+    /// Where the alpha mask leaves it, and from its front where it is single-sided.
+    WhereOpaque,
 }
 
 impl Geometry {
@@ -33,15 +42,18 @@ impl Geometry {
         let mut triangles = Vec::new();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
             let material = &scene.materials[mesh.material];
-            let conditional =
-                !material.double_sided || matches!(material.alpha_mode, AlphaMode::Mask { .. });
+            let there = match material.alpha_mode {
+                AlphaMode::Mask { .. } => There::WhereOpaque,
+                _ if material.double_sided => There::Always,
+                _ => There::FromItsFront,
+            };
             for index in 0..mesh.triangles.len() {
                 let [v0, v1, v2] = mesh.corners(index).map(Into::into);
                 triangles.push(TracedTriangle {
                     corners: Triangle { v0, v1, v2 },
                     mesh: mesh_index as u32,
                     index: index as u32,
-                    conditional,
+                    there,
                 });
             }
         }
@@ -129,18 +141,26 @@ impl Geometry {
     /// Distance to the triangle, infinite where it is missed or not there.
     fn distance(&self, scene: &Scene, triangle: &TracedTriangle, ray: &Ray) -> f32 {
         let distance = triangle.corners.intersect(ray);
-        if distance < f32::INFINITY && triangle.conditional {
-            let opacity = scene.opacity(
-                triangle.mesh as usize,
-                triangle.index as usize,
-                barycentrics(&triangle.corners, ray),
-                ray.direction.into(),
-            );
-            if opacity < 0.5 {
-                return f32::INFINITY;
-            }
+        if distance == f32::INFINITY {
+            return distance;
         }
-        distance
+        let is_there = match triangle.there {
+            There::Always => true,
+            There::FromItsFront => {
+                let Triangle { v0, v1, v2 } = triangle.corners;
+                (v1 - v0).cross(v2 - v0).dot(ray.direction) <= 0.0
+            }
+            There::WhereOpaque => {
+                let opacity = scene.opacity(
+                    triangle.mesh as usize,
+                    triangle.index as usize,
+                    barycentrics(&triangle.corners, ray),
+                    ray.direction.into(),
+                );
+                opacity >= 0.5
+            }
+        };
+        if is_there { distance } else { f32::INFINITY }
     }
 }
 

@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
-use lumigon::{DiffuseMethod, LocalOcclusion, SpecularMethod};
+use lumigon::{DiffuseMethod, LocalOcclusion, LtcLobes, SpecularMethod};
 
 use super::batch::Batch;
 use super::fitted_lobes::{Amplitudes, FittedBrdf, FittedLobe, FittedLobes};
@@ -73,6 +73,19 @@ const EXACT: DiffuseMethod = DiffuseMethod::Exact {
 };
 
 impl Hits {
+    /// Forgets every surface, but keeps the memory for the next ones.
+    pub(super) fn clear(&mut self) {
+        self.surfaces.clear();
+        self.lobes.clear();
+        self.irradiance.clear();
+        self.exact_irradiance.clear();
+        self.rough.clear();
+        self.fitted.iter_mut().for_each(Batch::clear);
+        self.direct.iter_mut().for_each(Batch::clear);
+        self.direct_anisotropic.clear();
+        self.sheens.clear();
+    }
+
     pub(super) fn push(
         &mut self,
         pixel: u32,
@@ -82,7 +95,11 @@ impl Hits {
         wanted: Wanted,
     ) {
         let index = self.surfaces.len() as u32;
-        let lobes = Lobes::new(surface, view, fitted);
+        let count = match wanted.specular {
+            SpecularMethod::Ltc { lobes } => lobes,
+            _ => LtcLobes::One,
+        };
+        let lobes = Lobes::new(surface, view, fitted, count);
         self.surfaces.push(Hit {
             pixel,
             emitted: lobes.emitted,

@@ -5,7 +5,7 @@ use std::ops::{AddAssign, Mul};
 
 use glam::Vec3;
 use lumigon::{
-    charlie_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_cosine,
+    LtcLobes, charlie_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_cosine,
     ggx_anisotropic_cosine, ggx_cosine,
 };
 
@@ -122,7 +122,12 @@ pub(super) struct Lobes {
 
 impl Lobes {
     #[inline]
-    pub(super) fn new(surface: &SurfaceSample, view: Vec3, fitted: &FittedLobes) -> Self {
+    pub(super) fn new(
+        surface: &SurfaceSample,
+        view: Vec3,
+        fitted: &FittedLobes,
+        count: LtcLobes,
+    ) -> Self {
         let material = LayeredMaterial::new(surface);
         let normal = surface.shading_normal;
         let LayeredMaterial {
@@ -143,7 +148,7 @@ impl Lobes {
                 alpha: [material.clearcoat_alpha; 2],
                 f0: weight,
                 f90: weight,
-                fitted: fitted.ggx(material.clearcoat_alpha, normal, view),
+                fitted: fitted.ggx(material.clearcoat_alpha, normal, view, count),
             })
         });
         let below_coat = clearcoat.as_ref().map_or(1.0, |coat| 1.0 - coat.f0.x);
@@ -163,7 +168,7 @@ impl Lobes {
 
         let [along, across] = material.alpha;
         let base = if along == across {
-            fitted.ggx(across, normal, view)
+            fitted.ggx(across, normal, view, count)
         } else {
             fitted.ggx_anisotropic(material.alpha, surface.tangent, normal, view)
         };

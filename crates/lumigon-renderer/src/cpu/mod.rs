@@ -101,13 +101,13 @@ impl<'a> CpuRenderer<'a> {
         let done = AtomicU64::new(0);
         let tiles: Vec<Option<Tile>> = (0..total)
             .into_par_iter()
-            .map(|i| {
+            .map_init(Hits::default, |hits, i| {
                 if watch.is_cancelled() {
                     return None;
                 }
                 let (column, row) = (i % u64::from(columns), i / u64::from(columns));
                 let (x, y) = (column as u32 * TILE, row as u32 * TILE);
-                let tile = self.tile(camera, settings, &samples, [x, y], watch)?;
+                let tile = self.tile(camera, settings, &samples, [x, y], hits, watch)?;
                 (watch.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
                 Some(tile)
             })
@@ -150,13 +150,14 @@ impl<'a> CpuRenderer<'a> {
     }
 
     /// The pixels from (x, y) to a tile's side beyond, or to the picture's edge; none where the
-    /// work was cancelled.
+    /// work was cancelled. `hits` lends its memory.
     fn tile(
         &self,
         camera: &Camera,
         settings: &RenderSettings,
         samples: &[[f64; 2]],
         [x, y]: [u32; 2],
+        hits: &mut Hits,
         watch: Watch<'_>,
     ) -> Option<Tile> {
         let mut tile = Tile::new(
@@ -176,7 +177,7 @@ impl<'a> CpuRenderer<'a> {
             if watch.is_cancelled() {
                 return None;
             }
-            let mut hits = Hits::default();
+            hits.clear();
             for pixel in 0..tile.emitted.len() as u32 {
                 let (px, py) = (x + pixel % tile.width, y + pixel / tile.width);
                 for offset in samples {
@@ -188,7 +189,7 @@ impl<'a> CpuRenderer<'a> {
                     }
                 }
             }
-            self.shade(&hits, settings, share, &mut tile);
+            self.shade(hits, settings, share, &mut tile);
         }
         Some(tile)
     }

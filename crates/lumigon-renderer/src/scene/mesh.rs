@@ -44,6 +44,7 @@ impl Mesh {
     /// # Panics
     /// Where `triangle` is not one of this mesh's.
     #[must_use]
+    #[inline]
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.triangles[triangle].map(|i| self.positions[i as usize])
     }

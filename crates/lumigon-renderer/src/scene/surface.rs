@@ -85,14 +85,11 @@ impl Scene {
             .blend3(&mesh.normals)
             .and_then(Vec3::try_normalize)
             .unwrap_or(outward);
-        let seen_normal = |texture: &Option<TextureRef>, scale: f32| {
-            let mapped = match texture {
-                Some(texture) => self.mapped_normal(&point, normal, texture, scale),
-                None => normal,
-            };
-            bent_to_silhouette(mapped * side, towards_viewer)
+        let mapped = match &material.normal_texture {
+            Some(texture) => self.mapped_normal(&point, normal, texture, material.normal_scale),
+            None => normal,
         };
-        let shading_normal = seen_normal(&material.normal_texture, material.normal_scale);
+        let shading_normal = bent_to_silhouette(mapped * side, towards_viewer);
 
         let base_color = self.base_color(&point, material);
         let (mut metallic, mut perceptual_roughness) =
@@ -142,10 +139,14 @@ impl Scene {
             clearcoat_perceptual_roughness: material.clearcoat_perceptual_roughness
                 * self.factor(&point, &material.clearcoat_roughness_texture).y,
             clearcoat_normal: if material.clearcoat > 0.0 {
-                seen_normal(
-                    &material.clearcoat_normal_texture,
-                    material.clearcoat_normal_scale,
-                )
+                let mapped = match &material.clearcoat_normal_texture {
+                    Some(texture) => {
+                        let scale = material.clearcoat_normal_scale;
+                        self.mapped_normal(&point, normal, texture, scale)
+                    }
+                    None => normal,
+                };
+                bent_to_silhouette(mapped * side, towards_viewer)
             } else {
                 shading_normal
             },
@@ -337,6 +338,7 @@ fn tangent_frame(normal: Vec3, tangent: Vec3, handedness: f32) -> Option<(Vec3, 
 
 /// Interpolated and mapped normals may face away from a viewer who sees the face: such a normal is
 /// turned towards the viewer until it is just visible.
+#[inline]
 fn bent_to_silhouette(normal: Vec3, towards_viewer: Vec3) -> Vec3 {
     const LEAST_COSINE: f32 = 1e-3;
     let cosine = normal.dot(towards_viewer);
