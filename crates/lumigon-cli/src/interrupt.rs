@@ -36,6 +36,11 @@ impl Interrupt {
         self.state.watched.store(true, Ordering::SeqCst);
     }
 
+    /// Nobody looks any more: Ctrl-C ends the process again.
+    pub(crate) fn unwatch(&self) {
+        self.state.watched.store(false, Ordering::SeqCst);
+    }
+
     /// Set once Ctrl-C was pressed.
     pub(crate) fn flag(&self) -> &AtomicBool {
         &self.state.interrupted

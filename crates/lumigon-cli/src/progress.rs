@@ -17,7 +17,13 @@ impl Progress {
 
     /// May be called from any thread.
     pub(crate) fn set(&self, done: u64, total: u64) {
-        if self.bar.length() != Some(total) {
+        if self.bar.length().is_none() {
+            // What was done before the first report took none of this run's time.
+            self.bar.set_length(total);
+            self.bar.set_position(done);
+            self.bar.tick();
+            self.bar.reset_eta();
+        } else if self.bar.length() != Some(total) {
             self.bar.set_length(total);
         }
         // Reports of several threads may overtake each other.
@@ -25,10 +31,35 @@ impl Progress {
             self.bar.set_position(done);
         }
     }
+
+    /// Says something on standard error without tearing the bar.
+    pub(crate) fn warn(&self, message: &str) {
+        self.bar.suspend(|| eprintln!("warning: {message}"));
+    }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn resumed_work_does_not_look_fast() {
+        let progress = Progress::new("resumed");
+        for done in 900..=910 {
+            progress.set(done, 1000);
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        // 90 steps of 20 ms are left; from zero they would seem to be done at once.
+        let left = progress.bar.eta();
+        assert!(left > Duration::from_secs(1), "{left:?}");
+        assert_eq!(progress.bar.position(), 910);
     }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use lumigon::{DiffuseMethod, SpecularMethod};
+use lumigon::{DiffuseMethod, LtcLobes, SpecularMethod};
 use lumigon_renderer::{
     Camera, CpuRenderer, PictureFormat, Pixels, ReferenceSettings, RenderError, RenderSettings,
     Scene, ToneMap, Watch, check_writable, write_exr, write_png,
@@ -259,6 +259,9 @@ impl Method {
         };
         let specular = match specular {
             Specular::Ltc => SpecularMethod::default(),
+            Specular::Ltc2 => SpecularMethod::Ltc {
+                lobes: LtcLobes::Two,
+            },
             Specular::Reflected => {
                 SpecularMethod::ReflectedInclusion(self.inclusion.unwrap_or_default().into())
             }

@@ -13,7 +13,7 @@ use crate::{
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eon {
     r: f64,
-    /// The model's normalisation A_F.
+    /// The model's normalisation, `A_F` there.
     scale: f64,
     /// Mean of the directional albedo.
     mean_albedo: f64,

@@ -9,6 +9,7 @@ use crate::{
     ltc::Ltc,
     node::Node,
     polygon::Quad,
+    settings::Settings,
     table::Table,
 };
 
@@ -43,6 +44,26 @@ impl Table {
         nodes: u32,
         lights: u32,
     ) -> ErrorReport {
+        let lookup = |place: &[f64]| self.lookup_at(place);
+        ErrorReport::measure(
+            self.settings(),
+            &lookup,
+            perceptual_roughness,
+            seed,
+            [nodes, lights],
+        )
+    }
+}
+
+impl ErrorReport {
+    /// Of anything that gives lobes for a place of a table.
+    pub(crate) fn measure(
+        settings: &Settings,
+        lookup: &(dyn Fn(&[f64]) -> Vec<Ltc> + Sync),
+        perceptual_roughness: [f64; 2],
+        seed: u64,
+        [nodes, lights]: [u32; 2],
+    ) -> Self {
         let [smoothest, roughest] = perceptual_roughness;
         struct Sample {
             pairs: Vec<[f64; 4]>,
@@ -54,8 +75,8 @@ impl Table {
             .map(|i| {
                 let mut rng =
                     Pcg32::seed_from_u64(seed.wrapping_mul(0x1_0000_0001).wrapping_add(i.into()));
-                let view_axis = self.brdf().view_axis();
-                let place: Vec<f64> = (0..self.sizes().len())
+                let view_axis = settings.brdf.view_axis();
+                let place: Vec<f64> = (0..settings.brdf.axes().len())
                     .map(|axis| {
                         let u: f64 = rng.random();
                         if axis == 0 {
@@ -67,9 +88,9 @@ impl Table {
                         }
                     })
                     .collect();
-                let directions = self.settings().directions.max(20_000);
-                let (node, lobe) = Node::new(self.brdf(), &place, directions);
-                let lobes = self.lookup_at(&place);
+                let directions = settings.directions.max(20_000);
+                let (node, lobe) = Node::new(settings.brdf, &place, directions);
+                let lobes = lookup(&place);
                 let pairs = (0..lights)
                     .map(|_| {
                         let quad = Quad::random(&mut rng, &node);
@@ -114,7 +135,7 @@ impl Table {
                     [low.min(x), high.max(x)]
                 })
         };
-        ErrorReport {
+        Self {
             perceptual_roughness,
             nodes,
             lights,

@@ -21,8 +21,8 @@ use crate::{
     table::Table,
 };
 
-/// A sum of squared residuals this small (1 % rms) leaves nothing to gain.
-const ACCURATE: f64 = 1e-4;
+/// Sums of squared residuals that differ by this are alike: a change of texel must gain more.
+const NO_DIFFERENCE: f64 = 1e-8;
 
 /// Why there is no table.
 #[derive(Debug, thiserror::Error)]
@@ -133,16 +133,13 @@ impl Problem {
         self.residuals.evaluate(&ltcs, &parts, residuals);
     }
 
-    fn cost(&self, settings: &Settings, lobes: &[Coordinates]) -> f64 {
-        let mut residuals = Vec::new();
-        self.evaluate(settings, lobes, &mut Parts::default(), &mut residuals);
-        residuals.iter().map(|r| r * r).sum()
-    }
-
     /// A first fit, near the texel's before it where there is one.
     fn march(&self, settings: &Settings, previous: Option<&Lobes>) -> Lobes {
         match previous {
-            Some(start) => self.fit(settings, start, Some((start, settings.smoothing))).0,
+            Some(start) => {
+                self.fit(settings, start, Some((start, settings.smoothing)))
+                    .0
+            }
             None => self.first(settings),
         }
     }
@@ -212,23 +209,14 @@ impl Problem {
                 .collect::<Lobes>()
         });
 
-        // From its own coordinates, from the neighbour whose fit suits this texel best as it is, and
-        // from the neighbours' line.
-        let nearest = pairs
-            .into_iter()
-            .filter(|_| settings.lobes == 1)
-            .flatten()
-            .flatten()
-            .map(|lobes| (self.cost(settings, &lobes), lobes))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map(|(_, lobes)| lobes);
+        // From its own coordinates, and from the neighbours' line.
         let target = pull.as_deref().map(|target| (target, smoothing));
         let mut best = self.fit(settings, own, target);
-        for start in [nearest, pull.clone()].into_iter().flatten() {
-            let (lobes, cost) = self.fit(settings, &start, target);
+        if let Some(start) = &pull {
+            let (lobes, cost) = self.fit(settings, start, target);
             // Two basins of about the same cost, taken in turns by neighbouring texels, would be
             // far worse between the texels than either: the pull decides.
-            if cost + ACCURATE * ACCURATE < best.1 {
+            if cost + NO_DIFFERENCE < best.1 {
                 best = (lobes, cost);
             }
         }
@@ -549,10 +537,16 @@ mod tests {
                     cancel.store(true, Ordering::Relaxed);
                 }
             };
-            assert!(matches!(first.run(&stop, &cancel), Err(FitError::Cancelled)));
+            assert!(matches!(
+                first.run(&stop, &cancel),
+                Err(FitError::Cancelled)
+            ));
             let text = serde_json::to_string(&first.checkpoint()).unwrap();
             let checkpoint: Checkpoint = serde_json::from_str(&text).unwrap();
-            let other = Settings { seed: 9, ..settings.clone() };
+            let other = Settings {
+                seed: 9,
+                ..settings.clone()
+            };
             assert!(Fit::resume(&other, checkpoint.clone()).is_err());
             let resumed = Fit::resume(&settings, checkpoint).unwrap();
             let table = resumed.run(&|_, _| (), &AtomicBool::new(false)).unwrap();

@@ -84,8 +84,7 @@ impl Layout {
                 let k13 = cos * z.x + sin * z.y;
                 let k23 = cos * z.y - sin * z.x;
                 let half_trace = 0.5 * (k11 + k22);
-                numbers
-                    .extend([k11, k12, k13, k23, x.z, y.z, z.z].map(|entry| entry / half_trace));
+                numbers.extend([k11, k12, k13, k23, x.z, y.z, z.z].map(|entry| entry / half_trace));
             }
         }
         for lobe in lobes {

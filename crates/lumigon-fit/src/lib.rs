@@ -16,17 +16,19 @@
 //! ```
 //!
 //! # Frame
-//! Shading space: z is the surface normal, the view direction lies in the x-z plane with x >= 0,
-//! `view = (sin theta, 0, cos theta)`. Every matrix of a table maps this frame to the space of the
-//! clamped cosine, [`Ltc::shading_to_cosine`].
+//! Shading space: z is the surface normal; of an isotropic BRDF the view direction lies in the x-z
+//! plane with x >= 0, `view = (sin theta, 0, cos theta)`. [`Ltc::shading_to_cosine`] maps this frame
+//! to the space of the clamped cosine. A table stores it relative to what the BRDF tends to, its
+//! [`Limit`]: a mirror's direction and width are known exactly at every point, and a table that does
+//! not have to carry them is a quarter of the size and right down to `alpha = 1e-4`.
 //!
 //! # How a fit runs
 //! Every texel is a [`Node`]: a [`Brdf`] and a view direction. An [`Objective`] turns the node into
-//! residuals, a [`Parametrisation`] says which of the five [`Coordinates`] may move, and
-//! Levenberg-Marquardt moves them. Columns (one perceptual roughness each) march from normal to
-//! grazing view, each texel starting where its neighbour ended; then whole-table sweeps try the
-//! neighbours' results as starts and pull every texel softly towards a smooth table, because what
-//! counts is the table *between* its nodes. A new objective or BRDF is one implementation of a trait.
+//! residuals, a [`Parametrisation`] says which of the [`Coordinates`] may move, and
+//! Levenberg-Marquardt moves them. All texels are reached from one, each starting where its
+//! neighbour ended; then sweeps pull every texel softly towards a smooth table, because what counts
+//! is the table *between* its nodes. A new BRDF is one file with an implementation of [`Brdf`], and
+//! its axes in [`BrdfKind`]; a new objective is one of [`Objective`].
 
 mod brdf;
 mod charlie;
@@ -50,6 +52,7 @@ mod manifest;
 mod node;
 mod objective;
 mod polygon;
+mod polynomial;
 mod settings;
 mod symmetric;
 mod table;
@@ -72,5 +75,6 @@ pub use ltc::Ltc;
 pub use manifest::Manifest;
 pub use node::Node;
 pub use objective::{Objective, Residuals};
+pub use polynomial::Polynomial;
 pub use settings::{ObjectiveKind, Settings};
 pub use table::Table;

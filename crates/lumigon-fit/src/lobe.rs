@@ -119,10 +119,10 @@ mod tests {
     /// The documented error, against a lattice twenty times finer.
     #[test]
     fn response_is_accurate() {
-        for (perceptual_roughness, cos_theta) in [(0.05, 0.9), (0.4, 0.1), (1.0, 0.5)] {
+        for (perceptual_roughness, cos_theta) in [(0.05, 0.9_f64), (0.4, 0.1), (1.0, 0.5)] {
             let (node, coarse) = Node::new(
                 BrdfKind::Ggx,
-                &[perceptual_roughness, (1.0 - cos_theta as f64).sqrt()],
+                &[perceptual_roughness, (1.0 - cos_theta).sqrt()],
                 10_946,
             );
             let fine = Lobe::new(node.brdf.as_ref(), node.view, 250_000);

@@ -86,10 +86,7 @@ impl Settings {
             ..Self::default()
         };
         match brdf {
-            BrdfKind::Ggx if lobes > 1 => Self {
-                sweeps: 5,
-                ..base
-            },
+            BrdfKind::Ggx if lobes > 1 => Self { sweeps: 5, ..base },
             BrdfKind::Ggx | BrdfKind::Eon => base,
             // A dim lobe on which the cosine is of no use.
             BrdfKind::Charlie => Self {

@@ -54,16 +54,20 @@ fn manifests_match() {
 /// The fit still makes these tables.
 #[test]
 fn texels_refit_to_themselves() {
-    for (name, brdf, _) in SHIPPED {
+    for (name, ..) in SHIPPED {
         let table = table(name);
         let sizes = table.sizes();
-        let places: Vec<Vec<usize>> = [[0.1, 0.3, 0.5, 0.4], [0.5, 0.6, 0.4, 0.5], [0.9, 0.5, 0.2, 0.8]]
-            .iter()
-            .map(|place| {
-                let at = |(&u, &size): (&f64, &usize)| (u * (size - 1) as f64) as usize;
-                place.iter().zip(&sizes).map(at).collect()
-            })
-            .collect();
+        let places: Vec<Vec<usize>> = [
+            [0.1, 0.3, 0.5, 0.4],
+            [0.5, 0.6, 0.4, 0.5],
+            [0.9, 0.5, 0.2, 0.8],
+        ]
+        .iter()
+        .map(|place| {
+            let at = |(&u, &size): (&f64, &usize)| (u * (size - 1) as f64) as usize;
+            place.iter().zip(&sizes).map(at).collect()
+        })
+        .collect();
         for (position, texel) in places.iter().zip(refit(&table, &places).unwrap()) {
             let (mut index, mut stride) = (0, 1);
             for (&at, &size) in position.iter().zip(&sizes) {
@@ -72,8 +76,8 @@ fn texels_refit_to_themselves() {
             }
             let shipped = &table.texels()[texel.len() * index..][..texel.len()];
             for (i, (again, shipped)) in texel.iter().zip(shipped).enumerate() {
-                // One more sweep moves a texel a little: two lobes most, which trade.
-                let most = if brdf == BrdfKind::Ggx { 0.02 } else { 0.04 };
+                // One more sweep moves a texel a little, a dim lobe's shape most.
+                let most = 0.03 * (1.0 + shipped.abs());
                 assert!(
                     (again - shipped).abs() < most,
                     "{name} {position:?}[{i}]: {again} now, {shipped} shipped"
@@ -86,7 +90,11 @@ fn texels_refit_to_themselves() {
 /// A white surface in a white furnace reflects what the BRDF itself does, between texels too.
 #[test]
 fn furnace() {
-    for (name, bounds) in [("ggx-32", [0.99, 1.01]), ("ggx-2-32", [0.99, 1.01]), ("eon-32", [0.98, 1.01])] {
+    for (name, bounds) in [
+        ("ggx-32", [0.99, 1.01]),
+        ("ggx-2-32", [0.99, 1.01]),
+        ("eon-32", [0.98, 1.01]),
+    ] {
         let table = table(name);
         let (mut least, mut greatest, mut whitest) = (f64::INFINITY, 0.0_f64, 0.0_f64);
         for i in 0..=20 {
@@ -110,45 +118,11 @@ fn furnace() {
             }
         }
         println!("{name}: furnace {least:.4} to {greatest:.4}, largest albedo {whitest:.6}");
-        assert!(least > bounds[0] && greatest < bounds[1], "{name}: {least} {greatest}");
+        assert!(
+            least > bounds[0] && greatest < bounds[1],
+            "{name}: {least} {greatest}"
+        );
         assert!(whitest < 1.0 + 1e-6, "{name} makes energy: {whitest}");
-    }
-}
-
-/// Linear lookup supposes that a table is smooth: second differences along every axis, of all
-/// numbers of a texel. The last rows before 90 degrees bend most.
-#[test]
-fn smooth_between_texels() {
-    for (name, most, most_inside) in [
-        ("ggx-32", 0.5, 0.1),
-        ("ggx-2-32", 0.5, 0.1),
-        ("eon-32", 0.5, 0.1),
-    ] {
-        let table = table(name);
-        let n = table.sizes()[0];
-        let channels = table.channel_count();
-        let at = |c: usize, r: usize, i: usize| f64::from(table.texels()[channels * (r * n + c) + i]);
-        let (mut worst, mut worst_inside) = (0.0_f64, 0.0_f64);
-        for i in 0..channels {
-            for r in 0..n {
-                for c in 0..n {
-                    let here = at(c, r, i);
-                    let mut bend = 0.0_f64;
-                    if (1..n - 1).contains(&c) {
-                        bend = bend.max((at(c - 1, r, i) - 2.0 * here + at(c + 1, r, i)).abs());
-                    }
-                    if (1..n - 1).contains(&r) {
-                        bend = bend.max((at(c, r - 1, i) - 2.0 * here + at(c, r + 1, i)).abs());
-                    }
-                    worst = worst.max(bend);
-                    if r < n * 7 / 8 {
-                        worst_inside = worst_inside.max(bend);
-                    }
-                }
-            }
-        }
-        println!("{name}: second differences {worst:.4}, away from grazing views {worst_inside:.4}");
-        assert!(worst < most && worst_inside < most_inside, "{name}: {worst} {worst_inside}");
     }
 }
 
@@ -178,5 +152,25 @@ fn mirrors_reflect_the_view() {
             }
             assert!(lobe.amplitude > 0.97, "{perceptual_roughness} {degrees}");
         }
+    }
+}
+
+/// The polynomial that `lumigon` embeds is the shipped table's.
+#[test]
+fn embedded_polynomial_is_the_tables() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tables/ggx-polynomial-6.rs");
+    let text = std::fs::read_to_string(path).unwrap();
+    let polynomial = table("ggx-32").polynomial(6).unwrap();
+    let numbers = |text: &str| -> Vec<f32> {
+        text.lines()
+            .filter(|line| !line.trim_start().starts_with("//"))
+            .flat_map(|line| line.split(['[', ']', ',']))
+            .filter_map(|word| word.trim().parse().ok())
+            .collect()
+    };
+    let (shipped, again) = (numbers(&text), numbers(&polynomial.to_rust()));
+    assert_eq!(shipped.len(), 8 * 49);
+    for (a, b) in shipped.iter().zip(&again) {
+        assert!((a - b).abs() < 1e-5 * (1.0 + b.abs()), "{a} {b}");
     }
 }

@@ -19,7 +19,7 @@
 //! use std::path::Path;
 //! use lumigon_table::{Format, TableImage};
 //!
-//! let image = TableImage::read(Path::new("tables/ggx-64.json"))?;
+//! let image = TableImage::read(Path::new("tables/ggx-32.json"))?;
 //! image.write(&[Format::Ktx2 { half: true }, Format::Rust], Path::new("assets"))?;
 //! # Ok::<(), lumigon_table::TableError>(())
 //! ```

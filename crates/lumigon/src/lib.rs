@@ -66,7 +66,7 @@ pub use irradiance::{form_factor, irradiance, light_vector, light_vector_above};
 pub use lanes::{LaneMask, Lanes};
 pub use light_direction::{LightDirection, circle_occlusion, clip_loop, light_direction};
 pub use ltc::{Ltc, PreparedLtc, ltc_form_factor};
-pub use ltc_table::{AnisotropicLtcTable, LtcSum, LtcTable, LtcTableError};
+pub use ltc_table::{AnisotropicLtcTable, LtcSum, LtcTable, LtcTableError, ggx_polynomial};
 pub use polygon::{PLANARITY_TOLERANCE, PolygonError, PolygonLight, Sides};
 pub use projected_area::{LocalOcclusion, ProjectionBasis, projected_area, projection_axis};
 pub use pyramid::Pyramid;

@@ -73,8 +73,8 @@ pub struct LtcTable<const LOBES: usize> {
 
 /// A table of lobes for GGX with two widths.
 ///
-/// Axes, each from 0 to 1 with nodes on the ends: square root of the greater width alpha_x; square
-/// root of alpha_y / alpha_x; sqrt(1 - cos theta) of the view; its azimuth from x over pi/2. Lookup
+/// Axes, each from 0 to 1 with nodes on the ends: square root of the greater width `alpha_x`; square
+/// root of `alpha_y` / `alpha_x`; sqrt(1 - cos theta) of the view; its azimuth from x over pi/2. Lookup
 /// is linear along each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnisotropicLtcTable {
@@ -86,7 +86,9 @@ pub struct AnisotropicLtcTable {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LtcTableError {
     /// The length is not that of a table of this shape.
-    #[error("{length} bytes are not a table of {channels} f32 a texel with at least 2 texels a side: export the table again")]
+    #[error(
+        "{length} bytes are not a table of {channels} f32 a texel with at least 2 texels a side: export the table again"
+    )]
     Length {
         /// Number of bytes.
         length: usize,
@@ -124,7 +126,7 @@ impl LtcTable<1> {
     /// EON rough diffuse reflection, one lobe and the cosine: `tables/eon-32.f32`. Columns are the
     /// model's roughness; for a reflectance rho, a lobe's response is
     /// `rho * amplitude + rho_ms * schlick` with [`eon_multiple_albedo`](crate::eon_multiple_albedo)
-    /// rho_ms.
+    /// `rho_ms`.
     pub fn eon() -> Self {
         Self::new(shipped!("eon-32"), Frame::Normal).expect(SHIPPED)
     }
@@ -245,6 +247,46 @@ impl Frame {
     }
 }
 
+/// Degree of the embedded polynomials along both axes.
+const DEGREE: usize = 6;
+
+/// By number of a texel, by power of y, by power of x.
+static GGX: [[[f32; DEGREE + 1]; DEGREE + 1]; 8] = include!("../../../tables/ggx-polynomial-6.rs");
+
+/// What [`LtcTable::ggx`] looks up, from polynomials: nothing to load and nothing to bind, 392
+/// numbers, for a tenth more error. Arguments as for [`LtcTable::lookup`].
+///
+/// Least squares over the table's texels; the file's first line tells how to make it again.
+#[inline]
+pub fn ggx_polynomial(perceptual_roughness: f32, cos_view: f32) -> LtcSum<1> {
+    let perceptual_roughness = unit(perceptual_roughness);
+    let cosine = unit(cos_view);
+    let x = 2.0 * perceptual_roughness - 1.0;
+    let y = 2.0 * Real::sqrt(1.0 - cosine) - 1.0;
+    let horner = |terms: &[f32], x: f32| terms.iter().rev().fold(0.0, |sum, c| sum * x + c);
+    let value = |number: usize| {
+        let of_x: [f32; DEGREE + 1] = core::array::from_fn(|j| horner(&GGX[number][j], x));
+        horner(&of_x, y)
+    };
+    let lobe = |matrix, amplitude| Ltc {
+        shading_to_cosine: matrix,
+        amplitude: unit(value(amplitude)),
+        schlick: unit(value(amplitude + 1)),
+    };
+    // At grazing views of mirrors the map nearly folds over; a polynomial's error must not do it.
+    let [k11, k13, k31, k33] = core::array::from_fn(value);
+    let k11 = k11.max(2e-3);
+    let k33 = k33.max(k13 * k31 / k11 + 1e-3);
+    let matrix = Frame::Mirror.matrix([k11, k13, k31, k33], perceptual_roughness, cosine);
+    let (own, mut term) = (lobe(matrix, 4), lobe(Ltc::cosine(0.0).shading_to_cosine, 6));
+    // No energy is made: a polynomial may pass what its texels keep to.
+    term.amplitude = term.amplitude.min(1.0 - own.amplitude);
+    LtcSum {
+        lobes: [own],
+        cosine: term,
+    }
+}
+
 impl AnisotropicLtcTable {
     const CHANNELS: usize = 12;
     const SIZES: [usize; 4] = [8, 16, 16, 8];
@@ -284,10 +326,7 @@ impl AnisotropicLtcTable {
         // The table has the greater width along x, and one quadrant of azimuths.
         let turned = alpha[1] > alpha[0];
         let (alpha, view) = if turned {
-            (
-                [alpha[1], alpha[0]],
-                Vec3::new(view.y, -view.x, view.z),
-            )
+            ([alpha[1], alpha[0]], Vec3::new(view.y, -view.x, view.z))
         } else {
             (alpha, view)
         };

@@ -1,7 +1,8 @@
 //! The shipped tables, in single precision, against independent truth values.
 
 use lumigon::{
-    AnisotropicLtcTable, Ltc, LtcTable, PolygonLight, PreparedLtc, Sides, Vec3, ltc_form_factor,
+    AnisotropicLtcTable, Ltc, LtcSum, LtcTable, PolygonLight, PreparedLtc, Sides, Vec3,
+    ggx_polynomial, ltc_form_factor,
 };
 use serde::Deserialize;
 
@@ -25,7 +26,10 @@ struct Case {
 }
 
 fn cases(name: &str) -> Vec<Case> {
-    let path = format!("{}/../../tests/truth/{name}.jsonl", env!("CARGO_MANIFEST_DIR"));
+    let path = format!(
+        "{}/../../tests/truth/{name}.jsonl",
+        env!("CARGO_MANIFEST_DIR")
+    );
     let text = std::fs::read_to_string(path).unwrap();
     text.lines()
         .map(|line| serde_json::from_str(line).unwrap())
@@ -91,12 +95,12 @@ impl Errors {
     }
 }
 
-fn ggx<const LOBES: usize>(table: &LtcTable<LOBES>) -> [Errors; 2] {
+fn ggx<const LOBES: usize>(lookup: impl Fn(f32, f32) -> LtcSum<LOBES>) -> [Errors; 2] {
     let mut errors = [Errors::default(), Errors::default()];
     let cases = cases("ggx");
     assert_eq!(cases.len(), 800);
     for case in &cases {
-        let lobes = table.lookup(case.perceptual_roughness.unwrap() as f32, case.cos_view());
+        let lobes = lookup(case.perceptual_roughness.unwrap() as f32, case.cos_view());
         let [value, schlick] = case.response(lobes.iter());
         errors[0].add(value, case.truth.unwrap());
         errors[1].add(schlick, case.truth_schlick.unwrap());
@@ -106,7 +110,8 @@ fn ggx<const LOBES: usize>(table: &LtcTable<LOBES>) -> [Errors; 2] {
 
 #[test]
 fn one_lobe() {
-    let [mut whole, schlick] = ggx(&LtcTable::ggx());
+    let table = LtcTable::ggx();
+    let [mut whole, schlick] = ggx(|u, cosine| table.lookup(u, cosine));
     let (rmse, median) = (whole.rmse(), whole.median_relative());
     println!(
         "ggx: RMSE {rmse:.5}, median relative {median:.4}, Schlick-weighted {:.5}",
@@ -118,7 +123,8 @@ fn one_lobe() {
 
 #[test]
 fn two_lobes() {
-    let [mut whole, schlick] = ggx(&LtcTable::ggx_2());
+    let table = LtcTable::ggx_2();
+    let [mut whole, schlick] = ggx(|u, cosine| table.lookup(u, cosine));
     let (rmse, median) = (whole.rmse(), whole.median_relative());
     println!(
         "ggx-2: RMSE {rmse:.5}, median relative {median:.4}, Schlick-weighted {:.5}",
@@ -126,6 +132,63 @@ fn two_lobes() {
     );
     assert!(rmse <= 0.0025 && median <= 0.012, "{rmse} {median}");
     assert!(schlick.rmse() <= 0.0040, "{}", schlick.rmse());
+}
+
+#[test]
+fn polynomial() {
+    let [mut whole, schlick] = ggx(ggx_polynomial);
+    let (rmse, median) = (whole.rmse(), whole.median_relative());
+    println!(
+        "ggx polynomial: RMSE {rmse:.5}, median relative {median:.4}, Schlick-weighted {:.5}",
+        schlick.rmse()
+    );
+    assert!(rmse <= 0.0065 && median <= 0.012, "{rmse} {median}");
+}
+
+/// The narrowest lobes are mirrors: all of a light that the reflected ray hits well inside, nothing
+/// of one that it misses.
+#[test]
+fn smooth_surfaces_reflect_like_mirrors() {
+    let (one, two) = (LtcTable::ggx(), LtcTable::ggx_2());
+    let (normal, origin) = (Vec3::new(0.0_f32, 0.0, 1.0), Vec3::new(0.0, 0.0, 0.0));
+    for perceptual_roughness in [0.0_f32, 0.01, 0.014, 0.03] {
+        for step in 0..200 {
+            let angle = 1.5 * step as f32 / 200.0;
+            let azimuth = 7.0 * angle;
+            let (sine, cosine) = angle.sin_cos();
+            let view = Vec3::new(sine * azimuth.cos(), sine * azimuth.sin(), cosine);
+            let mirrored = Vec3::new(-view.x, -view.y, view.z);
+            let (s, t) = mirrored.orthonormal_basis();
+            for (offset, expected) in [(0.0_f32, 1.0_f32), (0.06, 0.0)] {
+                // A square of 0.02 to either side, one unit away, or three times that beside.
+                let center = mirrored + s * offset;
+                let corner = |x: f32, y: f32| <[f32; 3]>::from(center + s * x + t * y);
+                let outline = [(-0.02, -0.02), (-0.02, 0.02), (0.02, 0.02), (0.02, -0.02)]
+                    .map(|(x, y)| corner(x, y).map(f64::from))
+                    .to_vec();
+                let light = PolygonLight::new(&[outline], Sides::Both).unwrap();
+                let light: PolygonLight<f32> = light.cast().unwrap();
+                let response = |lobes: &mut dyn Iterator<Item = &Ltc<f32>>| -> f32 {
+                    lobes
+                        .map(|lobe| {
+                            let prepared = PreparedLtc::new(lobe, normal, view);
+                            lobe.amplitude * ltc_form_factor(&light, origin, &prepared)
+                        })
+                        .sum()
+                };
+                let (a, b) = (
+                    one.lookup(perceptual_roughness, cosine),
+                    two.lookup(perceptual_roughness, cosine),
+                );
+                for got in [response(&mut a.iter()), response(&mut b.iter())] {
+                    assert!(
+                        (got - expected).abs() < 0.03,
+                        "{perceptual_roughness} {angle}: {got} for {expected}"
+                    );
+                }
+            }
+        }
+    }
 }
 
 #[test]
@@ -243,6 +306,8 @@ fn lookups_are_lobes_everywhere() {
             two.lookup(u, cosine).iter().for_each(check);
             charlie.lookup(u, cosine).iter().for_each(check);
             eon.lookup(u, cosine).iter().for_each(check);
+            ggx_polynomial(u, cosine).iter().for_each(check);
+            assert!(ggx_polynomial(u, cosine).albedo() < 1.0 + 1e-5);
             assert!(one.lookup(u, cosine).albedo() < 1.0 + 1e-5);
             assert!(two.lookup(u, cosine).albedo() < 1.0 + 1e-5);
             let sine = (1.0 - cosine * cosine).sqrt();
@@ -253,9 +318,80 @@ fn lookups_are_lobes_everywhere() {
             assert!(a.dot(b.cross(c)) > 0.0, "{lobe:?}");
         }
     }
-    for (u, cosine) in [(f32::NAN, f32::NAN), (-1.0, 2.0), (f32::INFINITY, f32::NEG_INFINITY)] {
+    for (u, cosine) in [
+        (f32::NAN, f32::NAN),
+        (-1.0, 2.0),
+        (f32::INFINITY, f32::NEG_INFINITY),
+    ] {
         one.lookup(u, cosine).iter().for_each(check);
         let lobe = anisotropic.lookup([u, cosine], Vec3::new(u, cosine, u));
         assert!(lobe.amplitude.is_finite());
+    }
+}
+
+/// Linear lookup leaves ripples between texels. As roughness or view sweeps from one texel to the
+/// next, the error is straight but for this much: the largest of |e(a) - 2 e(middle) + e(b)| / 2
+/// over texels and lights of radiance 1.
+fn ripple<const LOBES: usize>(table: &LtcTable<LOBES>) -> f64 {
+    let square = |x: f64, y: f64, half: f64| {
+        [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
+            .map(|(sx, sy)| [x + sx * half, y + sy * half, 1.0])
+            .to_vec()
+    };
+    let normal = Vec3::new(0.0_f32, 0.0, 1.0);
+    let last = (table.size() - 1) as f64;
+    let mut worst = 0.0_f64;
+    for outline in [
+        square(0.0, 0.0, 0.7),
+        square(-1.5, 0.0, 0.5),
+        square(-6.0, 1.0, 2.5),
+    ] {
+        let light = PolygonLight::new(std::slice::from_ref(&outline), Sides::Both).unwrap();
+        let light: PolygonLight<f32> = light.cast().unwrap();
+        let polygon = lumigon_reference::Polygon::new(&[outline], true).unwrap();
+        let error = |u: f64, v: f64| {
+            let cosine = 1.0 - v * v;
+            let view = [(1.0 - cosine * cosine).sqrt(), 0.0, cosine];
+            let truth = lumigon_reference::ggx(
+                &polygon,
+                [0.0; 3],
+                [0.0, 0.0, 1.0],
+                view,
+                u * u,
+                lumigon_reference::Tolerance::default(),
+            )
+            .unwrap();
+            let mut response = 0.0;
+            for lobe in table.lookup(u as f32, cosine as f32).iter() {
+                let prepared = PreparedLtc::new(lobe, normal, single(view));
+                let form_factor = ltc_form_factor(&light, single([0.0; 3]), &prepared);
+                response += f64::from(lobe.amplitude * form_factor);
+            }
+            response - truth.value
+        };
+        for row in (1..29).step_by(3) {
+            for column in (3..31).step_by(3) {
+                let (u, v) = (f64::from(column) / last, f64::from(row) / last);
+                let here = error(u, v);
+                for (du, dv) in [(1.0 / last, 0.0), (0.0, 1.0 / last)] {
+                    let middle = error(u + 0.5 * du, v + 0.5 * dv);
+                    let there = error(u + du, v + dv);
+                    worst = worst.max(0.5 * (here - 2.0 * middle + there).abs());
+                }
+            }
+        }
+    }
+    worst
+}
+
+/// Below what a display of 8 bits can show.
+#[test]
+fn no_bands() {
+    for (name, ripple) in [
+        ("ggx", ripple(&LtcTable::ggx())),
+        ("ggx-2", ripple(&LtcTable::ggx_2())),
+    ] {
+        println!("{name}: ripple between texels up to {ripple:.5}");
+        assert!(ripple < 1.0 / 255.0, "{name}: {ripple}");
     }
 }

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use fearless_simd::{Level, Simd, dispatch};
 use lumigon::{
-    DiffuseMethod, Lanes, LocalOcclusion, Ltc, LtcTable, PolygonLight, PreparedLtc,
-    ProjectionBasis, Real, Sides, Vec3, ltc_form_factor,
+    DiffuseMethod, Lanes, LocalOcclusion, Ltc, LtcSum, LtcTable, PolygonLight, PreparedLtc,
+    ProjectionBasis, Real, Sides, Vec3, irradiance, ltc_form_factor,
 };
 
 use super::counted::{Counted, operations};
@@ -21,13 +21,41 @@ const LIGHTS: usize = 16;
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kernel {
     Diffuse(DiffuseMethod),
-    Ltc,
+    /// Transformed cosines alone, one or two.
+    Ltc {
+        lobes: usize,
+    },
+    /// Exact diffuse light and transformed cosines, as a rough dielectric has them. The cosine term
+    /// of the table named `ggx` shares the diffuse light's integral.
+    DiffuseAndLtc {
+        lobes: usize,
+        cosine: bool,
+    },
+}
+
+/// The lobes of one BRDF.
+struct Lobes<T> {
+    one: Ltc<T>,
+    /// What goes with the one.
+    cosine: Ltc<T>,
+    two: [Ltc<T>; 2],
+}
+
+impl<T> Lobes<T> {
+    #[inline(always)]
+    fn of(&self, count: usize) -> &[Ltc<T>] {
+        match count {
+            1 => std::slice::from_ref(&self.one),
+            _ => &self.two,
+        }
+    }
 }
 
 /// Every kernel with its name.
 pub(super) fn kernels() -> Vec<(&'static str, Kernel)> {
     let occlusion = LocalOcclusion::Exact;
     let projected = |basis| Kernel::Diffuse(DiffuseMethod::ProjectedArea { basis, occlusion });
+    let both = |lobes, cosine| Kernel::DiffuseAndLtc { lobes, cosine };
     vec![
         (
             "diffuse exact",
@@ -53,7 +81,11 @@ pub(super) fn kernels() -> Vec<(&'static str, Kernel)> {
             "projected area, optimal",
             projected(ProjectionBasis::Optimal),
         ),
-        ("specular LTC", Kernel::Ltc),
+        ("LTC, one lobe", Kernel::Ltc { lobes: 1 }),
+        ("LTC, two lobes", Kernel::Ltc { lobes: 2 }),
+        ("diffuse + LTC, one lobe", both(1, false)),
+        ("diffuse + LTC and cosine", both(1, true)),
+        ("diffuse + LTC, two lobes", both(2, false)),
     ]
 }
 
@@ -71,7 +103,8 @@ pub(super) struct Workload {
     x: Vec<f32>,
     z: Vec<f32>,
     lights: Vec<PolygonLight<f64>>,
-    lobe: Ltc<f32>,
+    one: LtcSum<1>,
+    two: LtcSum<2>,
 }
 
 impl Workload {
@@ -106,7 +139,8 @@ impl Workload {
             x,
             z,
             lights,
-            lobe: LtcTable::ggx().lookup(0.5, 0.6).lobes[0],
+            one: LtcTable::ggx().lookup(0.5, 0.6),
+            two: LtcTable::ggx_2().lookup(0.5, 0.6),
         }
     }
 
@@ -117,33 +151,39 @@ impl Workload {
             .iter()
             .map(|light| light.cast().expect("fits"))
             .collect();
+        let lobes = self.lobes_of(Counted);
         let mut sum = Counted(0.0);
         let count = operations(|| {
             for (&x, &z) in self.x.iter().zip(&self.z) {
                 let point = Vec3::new(Counted(x), Counted(0.0), Counted(z));
-                sum = shade(kernel, &lights, point, &self.lobe_of(Counted), sum);
+                sum = shade(kernel, &lights, point, &lobes, sum);
             }
         });
         black_box(sum);
         count as f64 / (self.x.len() * lights.len()) as f64
     }
 
-    fn lobe_of<T: Copy>(&self, number: impl Fn(f32) -> T) -> Ltc<T> {
-        Ltc {
-            shading_to_cosine: self.lobe.shading_to_cosine.map(&number),
-            amplitude: number(self.lobe.amplitude),
-            schlick: number(self.lobe.schlick),
+    fn lobes_of<T: Copy>(&self, number: impl Fn(f32) -> T) -> Lobes<T> {
+        let lobe = |lobe: &Ltc<f32>| Ltc {
+            shading_to_cosine: lobe.shading_to_cosine.map(&number),
+            amplitude: number(lobe.amplitude),
+            schlick: number(lobe.schlick),
+        };
+        Lobes {
+            one: lobe(&self.one.lobes[0]),
+            cosine: lobe(&self.one.cosine),
+            two: [lobe(&self.two.lobes[0]), lobe(&self.two.lobes[1])],
         }
     }
 
     /// Nanoseconds a pixel and light on one lane at a time: the median of several repetitions.
     pub(super) fn time_scalar(&self, kernel: Kernel) -> f64 {
         let lights: Vec<PolygonLight<f32>> = self.single_lights();
-        let lobe = self.lobe;
+        let lobes = self.lobes_of(|x| x);
         self.time(|| {
             let mut sum = 0.0;
             for (&x, &z) in self.x.iter().zip(&self.z) {
-                sum = shade(kernel, &lights, Vec3::new(x, 0.0, z), &lobe, sum);
+                sum = shade(kernel, &lights, Vec3::new(x, 0.0, z), &lobes, sum);
             }
             black_box(sum);
         })
@@ -202,7 +242,7 @@ fn shade<T: Real>(
     kernel: Kernel,
     lights: &[PolygonLight<T::Scalar>],
     point: Vec3<T>,
-    lobe: &Ltc<T>,
+    lobes: &Lobes<T>,
     mut sum: T,
 ) -> T {
     let (zero, one) = (sum.constant(0.0), sum.constant(1.0));
@@ -213,12 +253,42 @@ fn shade<T: Real>(
                 sum += method.irradiance(light, point, normal);
             }
         }
-        Kernel::Ltc => {
-            let view = Vec3::new(sum.constant(0.8), sum.constant(0.6), zero);
-            let prepared = PreparedLtc::new(lobe, normal, view);
+        Kernel::Ltc { lobes: count } => sum = transformed(lobes.of(count), lights, point, sum),
+        Kernel::DiffuseAndLtc {
+            lobes: count,
+            cosine,
+        } => {
+            let mut diffuse = zero;
             for light in lights {
-                sum += ltc_form_factor(light, point, &prepared);
+                diffuse += irradiance(light, point, normal);
             }
+            sum += diffuse;
+            if cosine {
+                let per_form_factor = sum.constant(std::f64::consts::FRAC_1_PI);
+                sum = diffuse.mul_add(lobes.cosine.amplitude * per_form_factor, sum);
+            }
+            sum = transformed(lobes.of(count), lights, point, sum);
+        }
+    }
+    sum
+}
+
+/// One pixel's specular light from all lights.
+#[inline(always)]
+fn transformed<T: Real>(
+    lobes: &[Ltc<T>],
+    lights: &[PolygonLight<T::Scalar>],
+    point: Vec3<T>,
+    mut sum: T,
+) -> T {
+    let (zero, one) = (sum.constant(0.0), sum.constant(1.0));
+    let normal = Vec3::new(zero, one, zero);
+    let view = Vec3::new(sum.constant(0.8), sum.constant(0.6), zero);
+    for lobe in lobes {
+        let prepared = PreparedLtc::new(lobe, normal, view);
+        for light in lights {
+            let form_factor = ltc_form_factor(light, point, &prepared);
+            sum = form_factor.mul_add(lobe.amplitude, sum);
         }
     }
     sum
@@ -227,7 +297,7 @@ fn shade<T: Real>(
 #[inline(always)]
 fn shade_simd<S: Simd>(simd: S, kernel: Kernel, workload: &Workload, lights: &[PolygonLight<f32>]) {
     let number = |x| Lanes::splat(simd, x);
-    let lobe = workload.lobe_of(number);
+    let lobes = workload.lobes_of(number);
     let mut sum = number(0.0);
     let width = Lanes::<S>::COUNT;
     for (x, z) in workload
@@ -240,7 +310,7 @@ fn shade_simd<S: Simd>(simd: S, kernel: Kernel, workload: &Workload, lights: &[P
             number(0.0),
             Lanes::from_slice(simd, z),
         );
-        sum = shade(kernel, lights, point, &lobe, sum);
+        sum = shade(kernel, lights, point, &lobes, sum);
     }
     black_box(sum);
 }
@@ -260,7 +330,7 @@ mod tests {
                         let point = Vec3::new(x, 0.0, z);
                         let normal = Vec3::new(0.0, 1.0, 0.0);
                         let whole = lumigon::light_vector(&light, point).y;
-                        let seen = lumigon::irradiance(&light, point, normal);
+                        let seen = irradiance(&light, point, normal);
                         assert!(seen > 0.0, "{placement:?} {vertices} at {x} {z}");
                         let is_clipped = (seen - whole).abs() > 1e-5 * seen;
                         assert_eq!(is_clipped, placement == Placement::Clipped);

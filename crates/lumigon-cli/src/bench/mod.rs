@@ -2,6 +2,7 @@
 
 mod counted;
 mod kernels;
+mod lookups;
 mod machine;
 mod peak;
 mod quads;
@@ -23,6 +24,10 @@ Kernels: nanoseconds a pixel and light, for lights of 3, 4 and 10 vertices, whol
 surface's horizon and clipped by it; one lane at a time and on all SIMD lanes. Operations are
 counted, not estimated: a fused multiply-add, a division or a comparison is one. \"Of peak\" is
 counted operations over the fused multiply-adds that the same thread does in the same run.
+\"Diffuse + LTC\" is both in one pass; \"and cosine\" adds the table's cosine term, which shares the
+diffuse light's integral.
+
+Lookups: nanoseconds a look into a fitted table, one lane at a time.
 
 Quads: milliseconds a frame of 1440x900 pixels, all of them lit by 10 to 98 quads, one ray a pixel.
 
@@ -44,6 +49,8 @@ pub struct Bench {
 enum Part {
     /// One pixel, one light
     Kernels,
+    /// One pixel, one table
+    Lookups,
     /// Whole frames
     Quads,
 }
@@ -53,6 +60,7 @@ enum Part {
 struct Figures {
     machine: Machine,
     kernels: Vec<KernelFigures>,
+    lookups: Vec<lookups::LookupFigures>,
     quads: Vec<quads::QuadFigures>,
 }
 
@@ -80,12 +88,17 @@ impl Bench {
         let mut figures = Figures {
             machine,
             kernels: Vec::new(),
+            lookups: Vec::new(),
             quads: Vec::new(),
         };
-        if self.only != Some(Part::Quads) {
+        let wanted = |part| self.only.is_none_or(|only| only == part);
+        if wanted(Part::Kernels) {
             figures.kernels = measure_kernels(&figures.machine, &interrupt)?;
         }
-        if self.only != Some(Part::Kernels) {
+        if wanted(Part::Lookups) {
+            figures.lookups = lookups::measure(&interrupt)?;
+        }
+        if wanted(Part::Quads) {
             figures.quads = quads::measure(&interrupt)?;
         }
         if let Some(path) = &self.json {

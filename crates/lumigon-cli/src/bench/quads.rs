@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use lumigon::{DiffuseMethod, LocalOcclusion, ProjectionBasis, SpecularMethod};
+use lumigon::{DiffuseMethod, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod};
 use lumigon_renderer::{CpuRenderer, RenderSettings, Scene, Watch};
 use serde::Serialize;
 
@@ -28,18 +28,22 @@ pub(super) struct QuadFigures {
 
 pub(super) fn measure(interrupt: &Interrupt) -> Result<Vec<QuadFigures>, Failure> {
     println!(
-        "\n{:34} {:>10} {:>10} {:>10} {:>10} {:>12}",
+        "\n{:44} {:>10} {:>10} {:>10} {:>10} {:>12}",
         "1440x900, ms a frame", "10 quads", "20 quads", "50 quads", "98 quads", "ms a light",
     );
     let scenes = SCENES
         .iter()
         .map(|&(count, bytes)| Ok((count, Scene::from_slice(bytes, None, "quads")?)))
         .collect::<Result<Vec<_>, Failure>>()?;
+    let two = SpecularMethod::Ltc {
+        lobes: LtcLobes::Two,
+    };
     let mut figures = Vec::new();
     for (diffuse_name, diffuse) in methods() {
         for (specular_name, specular) in [
             ("", SpecularMethod::None),
             (" + LTC", SpecularMethod::default()),
+            (" + LTC, two lobes", two),
         ] {
             let mut milliseconds = Vec::new();
             for (count, scene) in &scenes {
@@ -57,7 +61,7 @@ pub(super) fn measure(interrupt: &Interrupt) -> Result<Vec<QuadFigures>, Failure
                 milliseconds_a_light: slope(&milliseconds),
                 milliseconds,
             };
-            print!("{:34}", one.method);
+            print!("{:44}", one.method);
             for (_, time) in &one.milliseconds {
                 print!(" {time:>10.1}");
             }

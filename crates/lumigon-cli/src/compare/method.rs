@@ -1,6 +1,8 @@
 //! What is compared: every method with its words and its source.
 
-use lumigon::{DiffuseMethod, InclusionRule, LocalOcclusion, ProjectionBasis, SpecularMethod};
+use lumigon::{
+    DiffuseMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
+};
 use lumigon_renderer::{Pixels, Rendering, Scene};
 use serde::Serialize;
 
@@ -234,6 +236,16 @@ fn specular_methods() -> Vec<Method> {
             SpecularMethod::default(),
             "A fitted linear map turns the reflection's lobe into a cosine; the light, seen \
              through the same map, is then integrated exactly. The fit is the only error.",
+            HEITZ,
+        ),
+        (
+            "ltc-2",
+            "Linearly transformed cosines, two lobes",
+            SpecularMethod::Ltc {
+                lobes: LtcLobes::Two,
+            },
+            "The sum of two transformed cosines, fitted together: closer to the lobe, for a second \
+             integral over each light.",
             HEITZ,
         ),
         (

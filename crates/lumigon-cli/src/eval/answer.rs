@@ -3,14 +3,15 @@
 use std::sync::LazyLock;
 
 use lumigon::{
-    Ltc, LtcTable, MINIMUM_ALPHA, PolygonLight, PreparedLtc, Scalar, Sides, Vec3, form_factor,
-    irradiance, light_vector, ltc_form_factor, projected_area, solid_angle,
+    AnisotropicLtc, AnisotropicLtcTable, Ltc, LtcSum, LtcTable, MINIMUM_SHEEN_ALPHA, PolygonLight,
+    PreparedLtc, Scalar, Sides, Vec3, form_factor, irradiance, light_vector, ltc_form_factor,
+    projected_area, solid_angle,
 };
 use lumigon_reference::{Polygon, Tolerance};
 use serde::Serialize;
 
 use super::Precision;
-use super::question::{Quantity, Question, QuestionError};
+use super::question::{Quantity, Question, QuestionError, TableName};
 
 /// A number in the precision it was computed in: the shortest digits that give it back.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -61,13 +62,36 @@ pub struct Answer {
     /// The same weighted by Schlick's (1 - h.v)^5, for quantities that have it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub schlick: Option<Number>,
+    /// Light scattered more than once, for a multiple-scattering albedo of 1; the value is that of
+    /// light scattered once by a white surface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub multiple: Option<Number>,
 }
 
 impl Answer {
-    fn scalar(value: impl Into<Number>) -> Self {
+    fn new(value: Value) -> Self {
         Self {
-            value: Value::Scalar(value.into()),
+            value,
             schlick: None,
+            multiple: None,
+        }
+    }
+
+    fn scalar(value: impl Into<Number>) -> Self {
+        Self::new(Value::Scalar(value.into()))
+    }
+
+    fn with_schlick(self, schlick: impl Into<Number>) -> Self {
+        Self {
+            schlick: Some(schlick.into()),
+            ..self
+        }
+    }
+
+    fn with_multiple(self, multiple: impl Into<Number>) -> Self {
+        Self {
+            multiple: Some(multiple.into()),
+            ..self
         }
     }
 
@@ -76,7 +100,8 @@ impl Answer {
             Value::Scalar(number) => number.is_finite(),
             Value::Vector(numbers) => numbers.into_iter().all(Number::is_finite),
         };
-        value && self.schlick.is_none_or(Number::is_finite)
+        let mut others = [self.schlick, self.multiple].into_iter().flatten();
+        value && others.all(Number::is_finite)
     }
 }
 
@@ -86,17 +111,18 @@ impl Answer {
 /// Where the line is no question that has an answer.
 pub fn answer(line: &str, precision: Precision) -> Result<Answer, QuestionError> {
     let question: Question = serde_json::from_str(line)?;
-    let answer = if question.quantity == Quantity::Ggx {
-        ggx(&question)?
-    } else {
-        let sides = match question.two_sided {
-            true => Sides::Both,
-            false => Sides::Front,
-        };
-        let light = PolygonLight::new(&question.loops, sides)?;
-        match precision {
-            Precision::F64 => closed_form::<f64>(&question, &light)?,
-            Precision::F32 => closed_form::<f32>(&question, &light.cast()?)?,
+    let answer = match cubature(&question)? {
+        Some(answer) => answer,
+        None => {
+            let sides = match question.two_sided {
+                true => Sides::Both,
+                false => Sides::Front,
+            };
+            let light = PolygonLight::new(&question.loops, sides)?;
+            match precision {
+                Precision::F64 => closed_form::<f64>(&question, &light)?,
+                Precision::F32 => closed_form::<f32>(&question, &light.cast()?)?,
+            }
         }
     };
     match answer.is_finite() {
@@ -127,8 +153,7 @@ fn closed_form<S: Scalar + Into<Number>>(
     question: &Question,
     light: &PolygonLight<S>,
 ) -> Result<Answer, QuestionError> {
-    let vector = |v: [f64; 3]| Vec3::from(v.map(S::from_f64));
-    let point = vector(question.point);
+    let point = vector::<S>(question.point);
     for (coordinate, value) in <[S; 3]>::from(point).into_iter().zip(question.point) {
         if !coordinate.to_f64().is_finite() {
             return Err(QuestionError::OutOfRange {
@@ -142,10 +167,9 @@ fn closed_form<S: Scalar + Into<Number>>(
     Ok(match question.quantity {
         Quantity::Irradiance => Answer::scalar(irradiance(light, point, normal()?)),
         Quantity::FormFactor => Answer::scalar(form_factor(light, point, normal()?)),
-        Quantity::LightVector => Answer {
-            value: Value::Vector(<[S; 3]>::from(light_vector(light, point)).map(Into::into)),
-            schlick: None,
-        },
+        Quantity::LightVector => Answer::new(Value::Vector(
+            <[S; 3]>::from(light_vector(light, point)).map(Into::into),
+        )),
         Quantity::SolidAngle => Answer::scalar(solid_angle(light, point)),
         Quantity::ProjectedArea => Answer::scalar(projected_area(
             light,
@@ -154,64 +178,181 @@ fn closed_form<S: Scalar + Into<Number>>(
             question.basis()?,
             question.occlusion.into(),
         )),
-        Quantity::Ltc => ltc(question, light, point, normal()?, vector(question.view()?))?,
-        Quantity::Ggx => ggx(question)?,
+        Quantity::Ltc => ltc(question, light, point)?,
+        Quantity::Ggx | Quantity::GgxAnisotropic | Quantity::Charlie | Quantity::Eon => {
+            unreachable!("answered by cubature")
+        }
     })
 }
 
-/// GGX (F = 1) through the fitted table.
+/// A fitted table's response, the sum over its lobes.
 fn ltc<S: Scalar + Into<Number>>(
     question: &Question,
     light: &PolygonLight<S>,
     point: Vec3<S>,
-    normal: Vec3<S>,
-    view: Vec3<S>,
 ) -> Result<Answer, QuestionError> {
-    static TABLE: LazyLock<LtcTable<1>> = LazyLock::new(LtcTable::ggx);
-    let perceptual_roughness = question.perceptual_roughness()?;
-    let cosine = normal.dot(view);
-    let sum = TABLE.lookup(perceptual_roughness as f32, cosine.to_f64() as f32);
-    let number = |x: f32| S::from_f64(x.into());
-    let (mut value, mut schlick) = (S::from_f64(0.0), S::from_f64(0.0));
-    for lobe in sum.iter() {
-        let lobe = Ltc {
-            shading_to_cosine: lobe.shading_to_cosine.map(number),
-            amplitude: number(lobe.amplitude),
-            schlick: number(lobe.schlick),
-        };
-        // From below its horizon nobody sees a surface; the table ends there.
-        let form_factor = match cosine.to_f64() > 0.0 {
-            true => ltc_form_factor(light, point, &PreparedLtc::new(&lobe, normal, view)),
-            false => S::from_f64(0.0),
-        };
-        value += lobe.amplitude * form_factor;
-        schlick += lobe.schlick * form_factor;
-    }
-    Ok(Answer {
-        value: Value::Scalar(value.into()),
-        schlick: Some(schlick.into()),
+    static GGX: LazyLock<LtcTable<1>> = LazyLock::new(LtcTable::ggx);
+    static GGX_2: LazyLock<LtcTable<2>> = LazyLock::new(LtcTable::ggx_2);
+    static ANISOTROPIC: LazyLock<AnisotropicLtcTable> = LazyLock::new(AnisotropicLtcTable::ggx);
+    static CHARLIE: LazyLock<LtcTable<1>> = LazyLock::new(LtcTable::charlie);
+    static EON: LazyLock<LtcTable<1>> = LazyLock::new(LtcTable::eon);
+
+    let seen = Seen::new(question, light, point)?;
+    let cosine = seen.cosine();
+    Ok(match question.table()? {
+        TableName::Ggx => {
+            let perceptual_roughness = question.perceptual_roughness()? as f32;
+            let [value, schlick] = seen.sum(&GGX.lookup(perceptual_roughness, cosine));
+            Answer::scalar(value).with_schlick(schlick)
+        }
+        TableName::Ggx2 => {
+            let perceptual_roughness = question.perceptual_roughness()? as f32;
+            let [value, schlick] = seen.sum(&GGX_2.lookup(perceptual_roughness, cosine));
+            Answer::scalar(value).with_schlick(schlick)
+        }
+        TableName::GgxAnisotropic => {
+            let tangent = question.tangent()?;
+            let alphas = question.alphas()?.map(|alpha| alpha as f32);
+            let [value, schlick] = seen.anisotropic(&ANISOTROPIC, alphas, tangent);
+            Answer::scalar(value).with_schlick(schlick)
+        }
+        TableName::Charlie => {
+            let perceptual_roughness = question.sheen_perceptual_roughness()? as f32;
+            Answer::scalar(seen.sum(&CHARLIE.lookup(perceptual_roughness, cosine))[0])
+        }
+        TableName::Eon => {
+            let diffuse_roughness = question.diffuse_roughness()? as f32;
+            let [single, multiple] = seen.sum(&EON.lookup(diffuse_roughness, cosine));
+            Answer::scalar(single).with_multiple(multiple)
+        }
     })
 }
 
-/// GGX (F = 1) by cubature, in double precision.
-fn ggx(question: &Question) -> Result<Answer, QuestionError> {
-    let (normal, view) = (question.normal()?, question.view()?);
-    let perceptual_roughness = question.perceptual_roughness()?;
-    // The narrowest lobe that the table holds too.
-    let alpha = (perceptual_roughness * perceptual_roughness).max(MINIMUM_ALPHA);
-    let light = Polygon::new(&question.loops, question.two_sided)?;
-    let integral = lumigon_reference::ggx(
-        &light,
-        question.point,
-        normal,
-        view,
-        alpha,
-        Tolerance::default(),
-    )?;
-    Ok(Answer {
-        value: Value::Scalar(integral.value.into()),
-        schlick: Some(integral.schlick.into()),
-    })
+/// A light at a point of a surface that somebody looks at.
+struct Seen<'a, S> {
+    light: &'a PolygonLight<S>,
+    point: Vec3<S>,
+    normal: [f64; 3],
+    view: [f64; 3],
+}
+
+impl<'a, S: Scalar> Seen<'a, S> {
+    fn new(
+        question: &Question,
+        light: &'a PolygonLight<S>,
+        point: Vec3<S>,
+    ) -> Result<Self, QuestionError> {
+        Ok(Self {
+            light,
+            point,
+            normal: question.normal()?,
+            view: question.view()?,
+        })
+    }
+
+    fn cosine(&self) -> f32 {
+        Vec3::from(self.normal).dot(Vec3::from(self.view)) as f32
+    }
+
+    fn form_factor(&self, lobe: &PreparedLtc<S>) -> S {
+        // From below its horizon nobody sees a surface; the tables end there.
+        match self.cosine() > 0.0 {
+            true => ltc_form_factor(self.light, self.point, lobe),
+            false => S::from_f64(0.0),
+        }
+    }
+
+    /// Response and weighted response.
+    fn sum<const LOBES: usize>(&self, sum: &LtcSum<LOBES>) -> [S; 2] {
+        let mut response = [S::from_f64(0.0); 2];
+        for lobe in sum.iter() {
+            let lobe = Ltc {
+                shading_to_cosine: lobe.shading_to_cosine.map(wide),
+                amplitude: wide(lobe.amplitude),
+                schlick: wide(lobe.schlick),
+            };
+            let prepared = PreparedLtc::new(&lobe, vector(self.normal), vector(self.view));
+            let form_factor = self.form_factor(&prepared);
+            response[0] += lobe.amplitude * form_factor;
+            response[1] += lobe.schlick * form_factor;
+        }
+        response
+    }
+
+    /// The same for two widths, along and across the tangent.
+    fn anisotropic(
+        &self,
+        table: &AnisotropicLtcTable,
+        alphas: [f32; 2],
+        tangent: [f64; 3],
+    ) -> [S; 2] {
+        let [normal, view, tangent] = [self.normal, self.view, tangent].map(Vec3::from);
+        let bitangent = normal.cross(tangent);
+        let local = [tangent, bitangent, normal].map(|axis| axis.dot(view) as f32);
+        let lobe = table.lookup(alphas, Vec3::from(local));
+        let lobe = AnisotropicLtc {
+            shading_to_cosine: lobe.shading_to_cosine.map(|row| row.map(wide)),
+            amplitude: wide(lobe.amplitude),
+            schlick: wide(lobe.schlick),
+        };
+        let [tangent, bitangent, normal] =
+            [tangent, bitangent, normal].map(|axis| vector(axis.into()));
+        let form_factor = self.form_factor(&lobe.prepare(tangent, bitangent, normal));
+        [lobe.amplitude * form_factor, lobe.schlick * form_factor]
+    }
+}
+
+fn wide<S: Scalar>(number: f32) -> S {
+    S::from_f64(number.into())
+}
+
+fn vector<S: Scalar>(v: [f64; 3]) -> Vec3<S> {
+    Vec3::from(v.map(S::from_f64))
+}
+
+/// A BRDF itself by cubature, in double precision; `None` for what has a closed form.
+fn cubature(question: &Question) -> Result<Option<Answer>, QuestionError> {
+    let light = || Polygon::new(&question.loops, question.two_sided);
+    let (point, tolerance) = (question.point, Tolerance::default());
+    Ok(Some(match question.quantity {
+        Quantity::Ggx => {
+            let (normal, view) = (question.normal()?, question.view()?);
+            let alpha = question.alpha()?;
+            let integral =
+                lumigon_reference::ggx(&light()?, point, normal, view, alpha, tolerance)?;
+            Answer::scalar(integral.value).with_schlick(integral.schlick)
+        }
+        Quantity::GgxAnisotropic => {
+            let (normal, view) = (question.normal()?, question.view()?);
+            let (tangent, alphas) = (question.tangent()?, question.alphas()?);
+            let integral = lumigon_reference::ggx_anisotropic(
+                &light()?,
+                point,
+                normal,
+                tangent,
+                view,
+                alphas,
+                tolerance,
+            )?;
+            Answer::scalar(integral.value).with_schlick(integral.schlick)
+        }
+        Quantity::Charlie => {
+            let (normal, view) = (question.normal()?, question.view()?);
+            let perceptual_roughness = question.sheen_perceptual_roughness()?;
+            let alpha = (perceptual_roughness * perceptual_roughness).max(MINIMUM_SHEEN_ALPHA);
+            let integral =
+                lumigon_reference::charlie(&light()?, point, normal, view, alpha, tolerance)?;
+            Answer::scalar(integral.value)
+        }
+        Quantity::Eon => {
+            let (normal, view) = (question.normal()?, question.view()?);
+            let roughness = question.diffuse_roughness()?;
+            let integral =
+                lumigon_reference::eon(&light()?, point, normal, view, roughness, tolerance)?;
+            Answer::scalar(integral.single).with_multiple(integral.multiple)
+        }
+        _ => return Ok(None),
+    }))
 }
 
 #[cfg(test)]
@@ -282,6 +423,22 @@ mod tests {
             (
                 r#""quantity":"ltc","normal":[0,1,0],"view":[0,1,0],"perceptual_roughness":1.5"#,
                 "`perceptual_roughness` is 1.5",
+            ),
+            (
+                r#""quantity":"ltc","normal":[0,1,0],"view":[0,1,0],"table":"ggx-3""#,
+                r#"`table` is \"ggx-3\": give ggx, ggx-2"#,
+            ),
+            (
+                r#""quantity":"ltc","normal":[0,1,0],"view":[0,1,0],"table":"charlie""#,
+                "missing field `sheen_perceptual_roughness`",
+            ),
+            (
+                r#""quantity":"eon","normal":[0,1,0],"view":[0,1,0],"diffuse_roughness":-1"#,
+                "`diffuse_roughness` is -1.0: give 0 to 1",
+            ),
+            (
+                r#""quantity":"ggx_anisotropic","normal":[0,1,0],"view":[0,1,0],"perceptual_roughness":0.5,"anisotropy_strength":0.5,"tangent":[0.6,0.8,0]"#,
+                "`tangent` leans out of the surface",
             ),
             (
                 r#""quantity":"irradiance","normal":[0,1e999,0]"#,

@@ -35,17 +35,27 @@ A question is one line:
                         clockwise; radiance is 1
   point                 [x,y,z], the shading point
   quantity              irradiance, form_factor, light_vector (unclipped), solid_angle (unclipped),
-                        projected_area, ltc or ggx
+                        projected_area, ltc (a fitted table), or a BRDF itself by cubature: ggx,
+                        ggx_anisotropic, charlie, eon
   normal                [x,y,z], unit; all but light_vector and solid_angle want it
-  view                  [x,y,z], unit, from the point to the viewer (ltc, ggx)
-  perceptual_roughness  0 to 1, the square root of alpha (ltc, ggx)
+  view                  [x,y,z], unit, from the point to the viewer (ltc and BRDFs)
   two_sided             true or false, false unless given
+  table                 of ltc: ggx, ggx-2 (two lobes), ggx-anisotropic, charlie or eon; ggx unless
+                        given
   basis                 centroid, weighted, biased or optimal (projected_area)
   bias                  how far behind the point, 0.5 unless given (basis biased)
   occlusion             exact or circle, exact unless given (projected_area)
-Other fields and blank lines are ignored. The answer is {\"value\":...}, with \"schlick\" beside it
-for ltc and ggx, or {\"error\":\"...\"}; the exit code is 1 where any line failed. ggx is cubature in
-double precision whatever --precision says.
+A BRDF, and ltc with its table, want their own numbers from 0 to 1:
+  ggx                   perceptual_roughness, the square root of alpha
+  ggx_anisotropic       the same, anisotropy_strength as in KHR_materials_anisotropy, and tangent,
+                        [x,y,z], unit, along the greater width
+  charlie               sheen_perceptual_roughness
+  eon                   diffuse_roughness
+Other fields and blank lines are ignored. The answer is {\"value\":...}, or {\"error\":\"...\"}; the
+exit code is 1 where any line failed. Beside the value GGX has \"schlick\", the same weighted with
+(1 - h.v)^5; EON's value is light scattered once by a white surface, and \"multiple\" what is
+scattered more than once for a multiple-scattering albedo of 1. Cubature is in double precision
+whatever --precision says.
 
 Examples:
   lumigon eval questions.jsonl > answers.jsonl

@@ -1,5 +1,6 @@
 //! Questions: what a line asks, and why it cannot be answered.
 
+use lumigon::MINIMUM_ALPHA;
 use serde::Deserialize;
 
 use crate::method::{Basis, Occlusion};
@@ -18,6 +19,29 @@ pub(super) enum Quantity {
     ProjectedArea,
     Ltc,
     Ggx,
+    GgxAnisotropic,
+    Charlie,
+    Eon,
+}
+
+/// A table that `ltc` looks up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TableName {
+    Ggx,
+    Ggx2,
+    GgxAnisotropic,
+    Charlie,
+    Eon,
+}
+
+impl TableName {
+    const ALL: [(&str, Self); 5] = [
+        ("ggx", Self::Ggx),
+        ("ggx-2", Self::Ggx2),
+        ("ggx-anisotropic", Self::GgxAnisotropic),
+        ("charlie", Self::Charlie),
+        ("eon", Self::Eon),
+    ];
 }
 
 /// A line, parsed. Fields it has besides are ignored.
@@ -32,6 +56,16 @@ pub(super) struct Question {
     view: Option<[f64; 3]>,
     #[serde(default)]
     perceptual_roughness: Option<f64>,
+    #[serde(default)]
+    anisotropy_strength: Option<f64>,
+    #[serde(default)]
+    tangent: Option<[f64; 3]>,
+    #[serde(default)]
+    sheen_perceptual_roughness: Option<f64>,
+    #[serde(default)]
+    diffuse_roughness: Option<f64>,
+    #[serde(default)]
+    table: Option<String>,
     #[serde(default)]
     pub(super) two_sided: bool,
     #[serde(default)]
@@ -75,6 +109,18 @@ pub enum QuestionError {
         field: &'static str,
         /// Its length.
         length: f64,
+    },
+    /// The tangent is not in the surface.
+    #[error("`tangent` leans out of the surface: its product with `normal` is {product:?}, not 0")]
+    NotOrthogonal {
+        /// Dot product with the normal.
+        product: f64,
+    },
+    /// There is no such table.
+    #[error("`table` is {name:?}: give ggx, ggx-2, ggx-anisotropic, charlie or eon")]
+    UnknownTable {
+        /// What was given.
+        name: String,
     },
     /// A number is outside its range.
     #[error("`{field}` is {value:?}: give {range}")]
@@ -123,17 +169,58 @@ impl Question {
         unit("view", self.view)
     }
 
+    /// The square root of GGX's alpha.
     pub(super) fn perceptual_roughness(&self) -> Result<f64, QuestionError> {
-        let field = "perceptual_roughness";
-        let value = self
-            .perceptual_roughness
-            .ok_or(QuestionError::Missing { field })?;
-        match (0.0..=1.0).contains(&value) {
-            true => Ok(value),
-            false => Err(QuestionError::OutOfRange {
-                field,
-                value,
-                range: "0 to 1",
+        fraction("perceptual_roughness", self.perceptual_roughness)
+    }
+
+    /// GGX's alpha, not below the narrowest lobe that the tables hold.
+    pub(super) fn alpha(&self) -> Result<f64, QuestionError> {
+        let perceptual_roughness = self.perceptual_roughness()?;
+        Ok((perceptual_roughness * perceptual_roughness).max(MINIMUM_ALPHA))
+    }
+
+    /// Both alphas, along and across the tangent, as `KHR_materials_anisotropy` has them.
+    pub(super) fn alphas(&self) -> Result<[f64; 2], QuestionError> {
+        let alpha = self.alpha()?;
+        let strength = fraction("anisotropy_strength", self.anisotropy_strength)?;
+        Ok([alpha + (1.0 - alpha) * strength * strength, alpha])
+    }
+
+    /// The square root of Charlie's alpha.
+    pub(super) fn sheen_perceptual_roughness(&self) -> Result<f64, QuestionError> {
+        fraction(
+            "sheen_perceptual_roughness",
+            self.sheen_perceptual_roughness,
+        )
+    }
+
+    /// EON's r.
+    pub(super) fn diffuse_roughness(&self) -> Result<f64, QuestionError> {
+        fraction("diffuse_roughness", self.diffuse_roughness)
+    }
+
+    /// The unit tangent, made orthogonal to the normal as far as rounding has left it oblique.
+    pub(super) fn tangent(&self) -> Result<[f64; 3], QuestionError> {
+        let (normal, tangent) = (self.normal()?, unit("tangent", self.tangent)?);
+        let product = (0..3).map(|i| normal[i] * tangent[i]).sum::<f64>();
+        if product.abs() > UNIT_TOLERANCE {
+            return Err(QuestionError::NotOrthogonal { product });
+        }
+        let flat = std::array::from_fn(|i| tangent[i] - product * normal[i]);
+        unit("tangent", Some(flat))
+    }
+
+    /// The table of `ltc`.
+    pub(super) fn table(&self) -> Result<TableName, QuestionError> {
+        let Some(name) = &self.table else {
+            return Ok(TableName::Ggx);
+        };
+        let mut tables = TableName::ALL.into_iter();
+        match tables.find(|(known, _)| known == name) {
+            Some((_, table)) => Ok(table),
+            None => Err(QuestionError::UnknownTable {
+                name: name.chars().take(40).collect(),
             }),
         }
     }
@@ -159,5 +246,17 @@ fn unit(field: &'static str, vector: Option<[f64; 3]>) -> Result<[f64; 3], Quest
     match (length - 1.0).abs() <= UNIT_TOLERANCE {
         true => Ok(vector.map(|x| x / length)),
         false => Err(QuestionError::NotUnit { field, length }),
+    }
+}
+
+fn fraction(field: &'static str, value: Option<f64>) -> Result<f64, QuestionError> {
+    let value = value.ok_or(QuestionError::Missing { field })?;
+    match (0.0..=1.0).contains(&value) {
+        true => Ok(value),
+        false => Err(QuestionError::OutOfRange {
+            field,
+            value,
+            range: "0 to 1",
+        }),
     }
 }

@@ -28,8 +28,8 @@ Numbers beyond what 16 bits hold (65504) are refused for f16 and --half. Each fi
 or not at all; existing ones are replaced.
 
 Examples:
-  lumigon fit export tables/ggx-64.json --format ktx2 --half -o assets
-  lumigon fit export tables/ggx-64.json --format rust,json,exr -o assets")]
+  lumigon fit export tables/ggx-32.json --format ktx2 --half -o assets
+  lumigon fit export tables/ggx-32.json --format rust,json,exr -o assets")]
 pub(super) struct Export {
     /// Manifest of the table, the .json file beside the raw one
     #[arg(value_name = "TABLE")]

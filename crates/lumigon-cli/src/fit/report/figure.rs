@@ -272,7 +272,7 @@ impl Figures<'_> {
                 + &slice_words(self.brdf()),
             cells,
             &responses,
-            &Scale::linear("response", 0.0, 1.0),
+            &Scale::from_zero("response", responses.iter().copied().flatten()),
         )?;
         let differences = strips.each_ref().map(|strip| &*strip.second_differences);
         let scale = Scale::logarithmic(

@@ -45,8 +45,8 @@ The lights are random ones that no fit has seen; table and baseline see the same
 as long as `lumigon fit` does.
 
 Examples:
-  lumigon fit report tables/ggx-64.json -o report
-  lumigon fit report new/ggx-64.json --baseline tables/ggx-64.json -o report")]
+  lumigon fit report tables/ggx-32.json -o report
+  lumigon fit report new/ggx-32.json --baseline tables/ggx-32.json -o report")]
 pub(super) struct Report {
     /// Manifest of the table, the .json file beside the raw one
     #[arg(value_name = "TABLE")]

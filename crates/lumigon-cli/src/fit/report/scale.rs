@@ -59,6 +59,24 @@ impl Scale {
         }
     }
 
+    /// From 0 to the next of 1, 2 and 5 times a power of ten that holds the numbers.
+    pub(super) fn from_zero<'a>(
+        label: &'static str,
+        numbers: impl Iterator<Item = &'a f64>,
+    ) -> Self {
+        let numbers = numbers.copied().filter(|x| x.is_finite());
+        let greatest = numbers.fold(0.0, f64::max);
+        let high = if greatest > 0.0 {
+            let power = 10.0_f64.powf(greatest.log10().floor());
+            let steps = [1.0, 2.0, 5.0].map(|step| step * power);
+            let step = steps.into_iter().find(|step| *step >= greatest);
+            step.unwrap_or(10.0 * power)
+        } else {
+            1.0
+        };
+        Self::linear(label, 0.0, high)
+    }
+
     /// About 1, as far to both sides as the numbers go or 0.2.
     pub(super) fn about_one<'a>(
         label: &'static str,
@@ -144,6 +162,17 @@ mod tests {
         assert_eq!(scale.color(f64::NAN), RGBColor(255, 0, 255));
         let nothing = Scale::logarithmic("", [0.0].iter(), 4);
         assert_eq!(nothing.ticks().len(), 2);
+
+        for (greatest, high) in [
+            (0.023, 0.05),
+            (0.1, 0.1),
+            (0.7, 1.0),
+            (3.0, 5.0),
+            (0.0, 1.0),
+        ] {
+            let scale = Scale::from_zero("", [0.0, greatest, f64::NAN].iter());
+            assert!((scale.place(high / 2.0) - 0.5).abs() < 1e-9, "{greatest}");
+        }
 
         let scale = Scale::about_one("", [0.97, 1.01].iter());
         let texts: Vec<String> = scale.ticks().into_iter().map(|t| t.1).collect();
