@@ -13,6 +13,8 @@ pub(super) struct AnisotropicLobe {
     /// Rows of the map under which the lobe is the clamped cosine.
     pub(super) world_to_cosine: [Vec3; 3],
     pub(super) amplitudes: Amplitudes,
+    /// Share of the lobe above the surface's horizon.
+    pub(super) share_above_horizon: f32,
 }
 
 /// The responses of one lobe, to be multiplied by its form factor.
@@ -48,8 +50,6 @@ pub(super) struct FittedBrdf {
     /// Boxed because few surfaces have it.
     pub(super) anisotropic: Option<Box<AnisotropicLobe>>,
     pub(super) cosine: Amplitudes,
-    /// Directional albedos.
-    pub(super) albedos: Amplitudes,
 }
 
 impl FittedBrdf {
@@ -62,10 +62,6 @@ impl FittedBrdf {
             count: LOBES,
             anisotropic: None,
             cosine: Amplitudes::new(&sum.cosine),
-            albedos: Amplitudes {
-                whole: sum.albedo(),
-                part: sum.schlick_albedo(),
-            },
         }
     }
 
@@ -73,6 +69,22 @@ impl FittedBrdf {
     #[inline]
     pub(super) fn lobes(&self) -> &[Ltc<f32>] {
         &self.lobes[..self.count]
+    }
+
+    /// Directional albedos: all that the lobes scatter above the surface's horizon.
+    pub(super) fn albedos(&self) -> Amplitudes {
+        let mut sum = self.cosine;
+        let mut add = |lobe: Amplitudes, share: f32| {
+            sum.whole += lobe.whole * share;
+            sum.part += lobe.part * share;
+        };
+        for ltc in self.lobes() {
+            add(Amplitudes::new(ltc), ltc.share_above_horizon());
+        }
+        if let Some(lobe) = &self.anisotropic {
+            add(lobe.amplitudes, lobe.share_above_horizon);
+        }
+        sum
     }
 }
 
@@ -127,7 +139,6 @@ impl FittedLobes {
             whole: ltc.amplitude,
             part: ltc.schlick,
         };
-        let share = ltc.share_above_horizon();
         FittedBrdf {
             normal,
             lobes: [Ltc::cosine(0.0); 2],
@@ -135,12 +146,9 @@ impl FittedLobes {
             anisotropic: Some(Box::new(AnisotropicLobe {
                 world_to_cosine: ltc.shading_to_cosine.map(to_world),
                 amplitudes,
+                share_above_horizon: ltc.share_above_horizon(),
             })),
             cosine: Amplitudes::default(),
-            albedos: Amplitudes {
-                whole: amplitudes.whole * share,
-                part: amplitudes.part * share,
-            },
         }
     }
 

@@ -9,7 +9,7 @@ use lumigon::{
     ggx_anisotropic_cosine, ggx_cosine,
 };
 
-use super::fitted_lobes::{FittedBrdf, FittedLobes};
+use super::fitted_lobes::{Amplitudes, FittedBrdf, FittedLobes};
 use super::material::{LayeredMaterial, emitted};
 use super::vector;
 use crate::scene::SurfaceSample;
@@ -156,7 +156,7 @@ impl Lobes {
         let mut below_sheen = below_coat;
         let sheen = (material.sheen_color != Vec3::ZERO).then(|| {
             let lobe = fitted.charlie(material.sheen_alpha, normal, view);
-            let albedo = lobe.albedos.whole;
+            let albedo = lobe.albedos().whole;
             below_sheen *= 1.0 - material.sheen_color.max_element() * albedo.min(1.0);
             Box::new(SheenLobe {
                 alpha: material.sheen_alpha,
@@ -172,10 +172,14 @@ impl Lobes {
         } else {
             fitted.ggx_anisotropic(material.alpha, surface.tangent, normal, view)
         };
-        let reflected = base
-            .albedos
-            .reflectance(dielectric_f0, Vec3::splat(dielectric_f90));
-        let entering = (1.0 - reflected.max_element()).max(0.0);
+        // What the dielectric does not reflect; a metal lets nothing in.
+        let entering = if metallic < 1.0 {
+            let f90 = Vec3::splat(dielectric_f90);
+            let reflected = base.albedos().reflectance(dielectric_f0, f90);
+            (1.0 - reflected.max_element()).max(0.0)
+        } else {
+            0.0
+        };
         let f90 = dielectric_f90 + (1.0 - dielectric_f90) * metallic;
         Self {
             position: surface.position,
@@ -242,7 +246,8 @@ impl DiffuseLobe {
     /// Share of light from everywhere that goes towards the view.
     pub(super) fn albedo(&self) -> Vec3 {
         self.rough.as_ref().map_or(self.single, |rough| {
-            self.single * rough.fitted.albedos.whole + rough.multiple * rough.fitted.albedos.part
+            let Amplitudes { whole, part } = rough.fitted.albedos();
+            self.single * whole + rough.multiple * part
         })
     }
 
