@@ -18,7 +18,7 @@ pub struct Ltc<T> {
     /// Rows of M^-1 divided by its middle element, `[[m11, 0, m13], [0, 1, 0], [m31, 0, m33]]`, as
     /// (m11, m13, m31, m33). A factor does not matter: directions have no length.
     ///
-    /// m11 and m11 m33 - m13 m31 must be positive: the map keeps orientation.
+    /// m11 m33 - m13 m31 must be positive: the map keeps orientation.
     pub shading_to_cosine: [T; 4],
     /// Integral of the lobe over the sphere with F = 1; [`Ltc::share_above_horizon`] of it is
     /// above the surface.
