@@ -31,9 +31,9 @@ pub struct Manifest {
     pub axes: Vec<String>,
     /// Where texels lie.
     pub texel_rule: String,
-    /// Frame of the matrix.
+    /// Shading space and the unit space that matrices start from.
     pub frame: String,
-    /// Peak space, the scale s, and how numbers make the matrix.
+    /// How numbers make the matrix.
     pub normalisation: String,
     /// How a response is computed.
     pub response: String,
@@ -149,17 +149,17 @@ impl Manifest {
     }
 }
 
-/// Frames, and the scale that is taken out of a matrix.
+/// Shading space, and the unit space that a table's matrices start from.
 fn frame(brdf: BrdfKind) -> &'static str {
     match brdf {
         BrdfKind::Ggx => {
-            "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_peak turns the mirrored view into z, rows (cos, 0, sin), (0, 1, 0), (-sin, 0, cos) of theta_view. s = alpha"
+            "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_unit turns the mirrored view into z, then divides x and y by alpha: rows (cos / alpha, 0, sin / alpha), (0, 1 / alpha, 0), (-sin, 0, cos) of theta_view"
         }
         BrdfKind::GgxAnisotropic => {
-            "shading space: z = normal, x along the greater width alpha_x. shading_to_peak turns the mirrored view into z about the axis at right angles to both. s = 2 alpha_x alpha_y / (alpha_x + alpha_y)"
+            "shading space: z = normal, x along the greater width alpha_x. shading_to_unit turns the mirrored view into z, about the axis at right angles to both, then divides x by alpha_x and y by alpha_y"
         }
         BrdfKind::Charlie | BrdfKind::Eon => {
-            "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_peak = 1, s = 1"
+            "shading space: z = normal, view = (sin theta_view, 0, cos theta_view). shading_to_unit = 1"
         }
     }
 }
