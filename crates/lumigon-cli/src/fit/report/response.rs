@@ -1,31 +1,20 @@
 //! What a fitted table answers.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-use glam::{DMat3, DVec3};
-use lumigon_fit::Table;
+use glam::DVec3;
+use lumigon_fit::{Ltc, Table};
 
 use super::light::Quad;
 
 /// A table's lobes at one place: a response is their sum.
 #[derive(Clone, Debug)]
-pub(super) struct Lobes(Vec<Lobe>);
-
-#[derive(Clone, Copy, Debug)]
-struct Lobe {
-    shading_to_cosine: DMat3,
-    /// Response with F = 1 per unit of form factor, and that under the BRDF's second weight.
-    amplitudes: [f64; 2],
-}
+pub(super) struct Lobes(Vec<Ltc>);
 
 impl Lobes {
     /// Looks them up.
     pub(super) fn look_up(table: &Table, place: &[f64]) -> Self {
-        let lobes = table.lookup_at(place).into_iter().map(|ltc| Lobe {
-            shading_to_cosine: ltc.shading_to_cosine,
-            amplitudes: [ltc.amplitude, ltc.secondary],
-        });
-        Self(lobes.collect())
+        Self(table.lookup_at(place))
     }
 
     /// Reflected density with F = 1 towards a unit direction in 1/sr; 0 below the horizon.
@@ -33,12 +22,7 @@ impl Lobes {
         if light.z <= 0.0 {
             return 0.0;
         }
-        let densities = self.0.iter().map(|lobe| {
-            let w = lobe.shading_to_cosine * light;
-            let squared = w.length_squared();
-            let determinant = lobe.shading_to_cosine.determinant().abs();
-            lobe.amplitudes[0] * determinant * w.z.max(0.0) / (PI * squared * squared)
-        });
+        let densities = self.0.iter().map(|ltc| ltc.amplitude * ltc.density(light));
         densities.sum()
     }
 
@@ -50,7 +34,7 @@ impl Lobes {
         for lobe in &self.0 {
             let seen: Vec<DVec3> = above.iter().map(|&v| lobe.shading_to_cosine * v).collect();
             let form_factor = form_factor(&clip(&seen, DVec3::Z));
-            for (sum, amplitude) in sum.iter_mut().zip(lobe.amplitudes) {
+            for (sum, amplitude) in sum.iter_mut().zip([lobe.amplitude, lobe.secondary]) {
                 *sum += amplitude * form_factor;
             }
         }
@@ -59,31 +43,23 @@ impl Lobes {
 
     /// Directional albedo: the responses to the whole hemisphere above the horizon.
     pub(super) fn albedo(&self) -> [f64; 2] {
-        [0, 1].map(|weight| {
-            let parts = self.0.iter();
-            let parts = parts.map(|lobe| lobe.amplitudes[weight] * lobe.share_above_horizon());
-            parts.sum()
-        })
+        let mut sum = [0.0; 2];
+        for ltc in &self.0 {
+            let share = ltc.share_above_horizon();
+            sum[0] += ltc.amplitude * share;
+            sum[1] += ltc.secondary * share;
+        }
+        sum
     }
 
     /// Share of the lobes that lies below the horizon, where clipping cuts it off.
     pub(super) fn leaked(&self) -> f64 {
-        let total: f64 = self.0.iter().map(|lobe| lobe.amplitudes[0]).sum();
+        let total: f64 = self.0.iter().map(|ltc| ltc.amplitude).sum();
         if total > 0.0 {
             (1.0 - self.albedo()[0] / total).max(0.0)
         } else {
             0.0
         }
-    }
-}
-
-impl Lobe {
-    /// The cosine's form factor of the lune between its own plane and the horizon.
-    fn share_above_horizon(&self) -> f64 {
-        // The third row of the inverse, up to a positive factor: normals map by cofactors.
-        let m = self.shading_to_cosine;
-        let horizon = m.x_axis.cross(m.y_axis).normalize_or(DVec3::Z);
-        0.5 * (1.0 + horizon.z)
     }
 }
 
@@ -120,21 +96,25 @@ fn form_factor(polygon: &[DVec3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DMat3;
+
     use super::*;
 
     fn skewed() -> Lobes {
         Lobes(vec![
-            Lobe {
+            Ltc {
                 shading_to_cosine: DMat3::from_cols(
                     DVec3::new(1.3, 0.1, -0.3),
                     DVec3::Y,
                     DVec3::new(0.6, 0.0, 0.5),
                 ),
-                amplitudes: [0.7, 0.1],
+                amplitude: 0.7,
+                secondary: 0.1,
             },
-            Lobe {
+            Ltc {
                 shading_to_cosine: DMat3::IDENTITY,
-                amplitudes: [0.2, 0.05],
+                amplitude: 0.2,
+                secondary: 0.05,
             },
         ])
     }
