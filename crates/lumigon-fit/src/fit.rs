@@ -1,5 +1,5 @@
-use std::cell::RefCell;
 use std::{
+    cell::RefCell,
     path::PathBuf,
     sync::{
         Mutex, MutexGuard, OnceLock, PoisonError,
@@ -13,6 +13,7 @@ use crate::{
     checkpoint::Checkpoint,
     coordinates::Coordinates,
     grid::Grid,
+    layout::Layout,
     least_squares::least_squares,
     ltc::Ltc,
     node::Node,
@@ -178,7 +179,7 @@ impl Problem {
         best.0
     }
 
-    /// One step of a sweep: starts at the texel's own and at a neighbour's coordinates.
+    /// One step of a sweep: starts at the texel's own coordinates and at its neighbours' line.
     fn improve(
         &self,
         settings: &Settings,
@@ -236,7 +237,7 @@ impl Problem {
             ltc.amplitude *= bound(total, 1.0);
             ltc.secondary *= bound(second, total.min(1.0));
         }
-        crate::layout::Layout::new(settings).pack(&self.node.limit, &ltcs)
+        Layout::new(settings).pack(&self.node.limit, &ltcs)
     }
 }
 

@@ -12,7 +12,6 @@ use crate::{errors::ErrorReport, fit::FitError, ltc::Ltc, table::Table};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polynomial {
     table: Table,
-    degree: usize,
     coefficients: Vec<Vec<Vec<f64>>>,
 }
 
@@ -68,7 +67,6 @@ impl Table {
             .collect();
         Ok(Polynomial {
             table: self.clone(),
-            degree,
             coefficients,
         })
     }
@@ -149,11 +147,6 @@ impl Polynomial {
         }
         text.push(']');
         text
-    }
-
-    /// The degree along both axes.
-    pub fn degree(&self) -> usize {
-        self.degree
     }
 }
 
