@@ -72,7 +72,7 @@ pub(crate) enum Specular {
     /// Linearly transformed cosines through the fitted GGX table
     #[default]
     Ltc,
-    /// Two linearly transformed cosines for each BRDF, more exact and about twice the cost
+    /// Two linearly transformed cosines for isotropic GGX, more exact and about twice the cost
     #[value(name = "ltc-2")]
     Ltc2,
     /// The mirrored view ray's inclusion in the polygon
