@@ -180,6 +180,12 @@ impl<const LOBES: usize> LtcTable<LOBES> {
         self.size
     }
 
+    /// The numbers of all texels, rows one after the other: `8 * size^2` of them for one lobe,
+    /// `12 * size^2` for two.
+    pub fn texels(&self) -> &[f32] {
+        &self.texels
+    }
+
     /// The lobes for a perceptual roughness in \[0, 1\] and the cosine of the view angle in
     /// \[0, 1\]; arguments outside are clamped, NaN is taken for 0.
     #[inline]
@@ -315,6 +321,16 @@ impl AnisotropicLtcTable {
             }
         }
         Ok(Self { sizes, texels })
+    }
+
+    /// Texels along each axis.
+    pub fn sizes(&self) -> [usize; 4] {
+        self.sizes
+    }
+
+    /// The numbers of all texels, 12 each, the first axis fastest.
+    pub fn texels(&self) -> &[f32] {
+        &self.texels
     }
 
     /// The lobe for the widths along x and y, in \[0, 1\], and the unit vector to the viewer in the

@@ -274,6 +274,32 @@ impl<S: Scalar> PolygonLight<S> {
         self.sides
     }
 
+    /// Vertices of all loops as they are stored: relative to the centre of the circumscribed circle,
+    /// in units of its radius.
+    pub fn offsets(&self) -> &[Vec3<S>] {
+        &self.offsets
+    }
+
+    /// Twice the area, in squared radii.
+    pub fn doubled_unit_area(&self) -> S {
+        self.doubled_area
+    }
+
+    /// Centroid of the area relative to the circle's centre, in radii.
+    pub fn centroid_offset(&self) -> Vec3<S> {
+        self.centroid
+    }
+
+    /// Two unit vectors in the plane, right-handed with the normal.
+    pub fn plane_axes(&self) -> (Vec3<S>, Vec3<S>) {
+        self.plane_axes
+    }
+
+    /// In radii: points no farther from the plane may lie in it, but for rounding of positions.
+    pub fn plane_tolerance(&self) -> S {
+        self.plane_tolerance
+    }
+
     /// The vertices of each loop.
     pub fn loops(&self) -> impl Iterator<Item = Vec<Vec3<S>>> + '_ {
         let mut start = 0;
@@ -287,9 +313,9 @@ impl<S: Scalar> PolygonLight<S> {
         })
     }
 
-    /// Indices of the first and last vertex of each loop.
+    /// Which of [`PolygonLight::offsets`] each loop has.
     #[inline(always)]
-    pub(crate) fn loop_ranges(&self) -> impl Iterator<Item = core::ops::Range<usize>> + '_ {
+    pub fn loop_ranges(&self) -> impl Iterator<Item = core::ops::Range<usize>> + '_ {
         let mut start = 0;
         self.loop_ends.iter().map(move |&end| {
             let range = start..end;
