@@ -12,6 +12,7 @@ macro_rules! modules {
 pub const MODULES: &[(&str, &str)] = modules![
     "anisotropic_ltc",
     "arctangent",
+    "bound",
     "clip",
     "ggx",
     "irradiance",
