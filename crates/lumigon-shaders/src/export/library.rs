@@ -93,6 +93,15 @@ impl Library {
         })
     }
 
+    /// A WGSL shader that calls the library's functions, as SPIR-V that imports what it calls from
+    /// [`Target::Spirv`]'s file, for a linker to join.
+    ///
+    /// # Errors
+    /// Where `client` is not valid behind the library.
+    pub fn export_client(&self, client: &str) -> Result<Vec<u8>, ExportError> {
+        spirv::write_client(self, client)
+    }
+
     pub(super) fn comments(&self) -> Comments<'_> {
         Comments::read(&self.text)
     }

@@ -20,6 +20,7 @@ mod tests {
         let library = Library::new().unwrap();
         for target in Target::ALL {
             let bytes = library.export(target).unwrap();
+            std::fs::write("/tmp/ex/client.spv", library.export_client(Target::Wgsl.example().1).unwrap()).unwrap();
             std::fs::write(format!("/tmp/ex/out-{target:?}"), &bytes).unwrap();
         }
     }

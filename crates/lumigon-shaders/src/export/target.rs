@@ -52,4 +52,18 @@ impl Target {
             Self::Spirv => "lumigon.spv",
         }
     }
+
+    /// A complete shader that calls the library: its file's name and its text.
+    #[must_use]
+    pub fn example(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Wgsl => ("example.wgsl", include_str!("examples/example.wgsl")),
+            Self::GlslEs300 => ("example.frag", include_str!("examples/example.es.frag")),
+            Self::Glsl450 => ("example.frag", include_str!("examples/example.frag")),
+            Self::Hlsl => ("example.hlsl", include_str!("examples/example.hlsl")),
+            Self::Msl => ("example.metal", include_str!("examples/example.metal")),
+            // Compiled: see [`super::Library::export_example`].
+            Self::Spirv => ("example.wgsl", include_str!("examples/example.wgsl")),
+        }
+    }
 }
