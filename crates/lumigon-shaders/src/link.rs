@@ -13,12 +13,16 @@ pub const MODULES: &[(&str, &str)] = modules![
     "anisotropic_ltc",
     "arctangent",
     "bound",
+    "charlie",
     "clip",
+    "eon",
     "ggx",
     "irradiance",
+    "light_direction",
     "ltc",
     "ltc_table",
     "polygon",
+    "solid_angle",
     "vector",
 ];
 
