@@ -7,4 +7,4 @@ mod export;
 mod link;
 
 pub use export::{ExportError, Library, Target};
-pub use link::{LinkError, MODULES, library, link};
+pub use link::{LinkError, MODULES, library, library_with, link};

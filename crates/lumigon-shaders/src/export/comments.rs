@@ -4,16 +4,21 @@
 //! after another, each starting at the margin of a line, fields in their order one a line; that is
 //! enough to find every function, structure, field and constant by its name.
 
-use std::collections::HashMap;
+/// A definition, and the lines of its doc comment with their `///`.
+#[derive(Debug)]
+pub(super) struct Commented<'a> {
+    pub(super) name: &'a str,
+    pub(super) lines: Vec<&'a str>,
+}
 
-/// The library's doc comments, each the lines with their `///`.
+/// The library's doc comments, in their order.
 #[derive(Debug, Default)]
 pub(super) struct Comments<'a> {
-    functions: HashMap<&'a str, Vec<&'a str>>,
-    constants: HashMap<&'a str, Vec<&'a str>>,
-    structures: HashMap<&'a str, Vec<&'a str>>,
-    /// In their order, with their structure's name.
-    fields: Vec<(&'a str, &'a str, Vec<&'a str>)>,
+    functions: Vec<Commented<'a>>,
+    constants: Vec<Commented<'a>>,
+    structures: Vec<Commented<'a>>,
+    /// With their structure's name.
+    fields: Vec<(&'a str, Commented<'a>)>,
 }
 
 impl<'a> Comments<'a> {
@@ -28,20 +33,21 @@ impl<'a> Comments<'a> {
                 pending.push(trimmed);
                 continue;
             }
-            let comment = std::mem::take(&mut pending);
+            let lines = std::mem::take(&mut pending);
             if let Some(name) = named(line, "struct ", '{') {
                 structure = Some(name);
-                comments.structures.insert(name, comment);
+                comments.structures.push(Commented { name, lines });
             } else if line.starts_with('}') {
                 structure = None;
             } else if let Some(within) = structure {
                 if let Some((name, _)) = trimmed.split_once(':') {
-                    comments.fields.push((within, name.trim(), comment));
+                    let name = name.trim();
+                    comments.fields.push((within, Commented { name, lines }));
                 }
             } else if let Some(name) = named(line, "fn ", '(') {
-                comments.functions.insert(name, comment);
+                comments.functions.push(Commented { name, lines });
             } else if let Some(name) = named(line, "const ", ':') {
-                comments.constants.insert(name, comment);
+                comments.constants.push(Commented { name, lines });
             }
         }
         comments
@@ -49,34 +55,38 @@ impl<'a> Comments<'a> {
 
     /// A translation of the same text, with the comments; `constant_prefix` is what the
     /// translation's constants have before their names.
-    pub(super) fn restore(&self, translated: &str, constant_prefix: &str) -> String {
+    pub(super) fn restore(&'a self, translated: &str, constant_prefix: &str) -> String {
         let mut restored = String::with_capacity(2 * translated.len());
         let mut fields = [].as_slice();
+        let find = |all: &'a [Commented<'a>], name: &str| {
+            all.iter().find(|commented| commented.name == name)
+        };
         for line in translated.lines() {
             let mut comment = None;
             if let Some(name) = named(line, "struct ", '{') {
-                comment = self.structures.get(name);
-                let first = self.fields.iter().position(|(within, ..)| *within == name);
+                comment = find(&self.structures, name);
+                let first = self.fields.iter().position(|(within, _)| *within == name);
                 fields = first.map(|first| &self.fields[first..]).unwrap_or_default();
             } else if line.starts_with('}') {
                 fields = &[];
             } else if let Some(name) = function_in(line) {
-                comment = self.functions.get(name);
+                comment = find(&self.functions, name);
             } else if let Some(name) = constant_in(line) {
                 let name = name.strip_prefix(constant_prefix).unwrap_or(name);
-                comment = self.constants.get(name);
-            } else if let [(_, name, lines), rest @ ..] = fields
-                && is_declared_in(name, line)
+                comment = find(&self.constants, name);
+            } else if let [(_, field), rest @ ..] = fields
+                && declared_as(field.name, line).is_some()
             {
-                comment = Some(lines);
+                comment = Some(field);
                 fields = rest;
             }
             let indent = &line[..line.len() - line.trim_start().len()];
-            let is_definition = indent.is_empty() && comment.is_some();
+            let lines = comment.map(|comment| comment.lines.as_slice());
+            let is_definition = indent.is_empty() && lines.is_some();
             if is_definition && !restored.is_empty() && !restored.ends_with("\n\n") {
                 restored.push('\n');
             }
-            for commented in comment.into_iter().flatten() {
+            for commented in lines.into_iter().flatten() {
                 restored.push_str(indent);
                 restored.push_str(commented);
                 restored.push('\n');
@@ -87,17 +97,32 @@ impl<'a> Comments<'a> {
         restored
     }
 
-    /// Functions without a comment.
-    #[cfg(test)]
-    pub(super) fn undocumented(&self) -> Vec<&'a str> {
-        let functions = self.functions.iter().filter(|(_, lines)| lines.is_empty());
-        functions.map(|(name, _)| *name).collect()
+    /// Functions in their order.
+    pub(super) fn functions(&self) -> &[Commented<'a>] {
+        &self.functions
     }
 
-    /// The comment of a function.
-    #[cfg(test)]
-    pub(super) fn of_function(&self, name: &str) -> &[&'a str] {
-        self.functions.get(name).map(Vec::as_slice).unwrap_or_default()
+    /// Fields that a translation calls otherwise: structure, name, and the name there.
+    pub(super) fn renamed_fields<'t>(
+        &self,
+        translated: &'t str,
+    ) -> Vec<(&'a str, &'a str, &'t str)> {
+        let mut renamed = Vec::new();
+        let mut within = "";
+        for line in translated.lines() {
+            if let Some(name) = named(line, "struct ", '{') {
+                within = name;
+            } else if line.starts_with('}') {
+                within = "";
+            }
+            let fields = self.fields.iter().filter(|(of, _)| *of == within);
+            // A field's own name comes before another's with a suffix.
+            let name = fields
+                .filter_map(|(of, field)| Some((*of, field.name, declared_as(field.name, line)?)))
+                .max_by_key(|(_, name, _)| name.len());
+            renamed.extend(name.filter(|(_, name, there)| name != there));
+        }
+        renamed
     }
 }
 
@@ -132,19 +157,13 @@ fn constant_in(line: &str) -> Option<&str> {
     Some(name)
 }
 
-/// Whether a line declares a field of this name, or of the name with a suffix: writers append one
-/// where the name is a keyword.
-fn is_declared_in(name: &str, line: &str) -> bool {
-    let Some(declared) = line.trim().strip_suffix(';') else {
-        return false;
-    };
-    let Some((_, declared)) = declared.rsplit_once(' ') else {
-        return false;
-    };
+/// What a line that declares a field of this name calls it: writers append a suffix where the name
+/// is a keyword.
+fn declared_as<'a>(name: &str, line: &'a str) -> Option<&'a str> {
+    let (_, declared) = line.trim().strip_suffix(';')?.rsplit_once(' ')?;
     let declared = declared.split('[').next().unwrap_or_default();
-    declared
-        .strip_prefix(name)
-        .is_some_and(|suffix| suffix.is_empty() || suffix.starts_with('_'))
+    let suffix = declared.strip_prefix(name)?;
+    (suffix.is_empty() || suffix.starts_with('_')).then_some(declared)
 }
 
 #[cfg(test)]
@@ -157,7 +176,9 @@ mod tests {
                     /// Pi.\nconst PI: f32 = 3.0;\n\n/// F.\nfn f(\n    x: f32,\n) -> f32 {\n    return x;\n}\n";
         let glsl = "struct S {\n    float plain;\n    vec3 sample_;\n};\nconst float L_PI = 3.0;\n\n\
                     float f(float x) {\n    return x;\n}\n";
-        let restored = Comments::read(wgsl).restore(glsl, "L_");
+        let comments = Comments::read(wgsl);
+        assert_eq!(comments.renamed_fields(glsl), [("S", "sample", "sample_")]);
+        let restored = comments.restore(glsl, "L_");
         assert_eq!(
             restored,
             "/// A.\nstruct S {\n    float plain;\n    /// Sample.\n    /// More.\n    vec3 sample_;\n};\n\n\

@@ -99,10 +99,7 @@ mod tests {
         let text = "#version 450 core\nstruct A {\n    int x;\n};\nint f() {\n}\n\n";
         let printed = format!("{text}{ENTRY_POINT}}}\n\n");
         let functions = functions_in(&printed).unwrap();
-        assert_eq!(
-            functions.trim(),
-            "struct A {\n    int x;\n};\nint f() {\n}"
-        );
+        assert_eq!(functions.trim(), "struct A {\n    int x;\n};\nint f() {\n}");
         assert_eq!(functions_in(text), None);
         let full = format!("{text}{ENTRY_POINT}    f();\n}}\n");
         assert_eq!(functions_in(&full), None);

@@ -23,7 +23,10 @@ pub(super) fn write(library: &Library) -> Result<String, ExportError> {
     Ok(format!(
         "{}#ifndef LUMIGON_HLSL\n#define LUMIGON_HLSL\n\n{}\n\n#endif\n",
         heading(Target::Hlsl),
-        library.comments().restore(text.trim(), CONSTANT_PREFIX).trim(),
+        library
+            .comments()
+            .restore(text.trim(), CONSTANT_PREFIX)
+            .trim(),
     ))
 }
 

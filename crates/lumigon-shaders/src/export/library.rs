@@ -1,12 +1,12 @@
 //! The library, parsed once and written to any target.
 
+use naga::Module;
 use naga::front::wgsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
-use naga::{Module, TypeInner};
 
-use crate::LinkError;
 use crate::export::comments::Comments;
 use crate::export::{Target, glsl, hlsl, msl, spirv};
+use crate::{LinkError, MODULES};
 
 /// What constants' names start with where the language has a preprocessor.
 pub(super) const CONSTANT_PREFIX: &str = "LUMIGON_";
@@ -68,18 +68,42 @@ impl Library {
         functions.filter_map(|(_, function)| function.name.as_deref())
     }
 
-    /// Names of all structures.
-    pub fn structures(&self) -> impl Iterator<Item = &str> {
-        let structures = self
-            .module
-            .types
-            .iter()
-            .filter(|(_, ty)| matches!(ty.inner, TypeInner::Struct { .. }));
-        structures.filter_map(|(_, ty)| ty.name.as_deref())
+    /// Functions by module, each with the first sentence of its comment.
+    pub fn contents(&self) -> Vec<(&'static str, Vec<(&'static str, String)>)> {
+        let contents = MODULES.iter().map(|(module, text)| {
+            let comments = Comments::read(text);
+            let functions = comments.functions().iter();
+            let summaries = functions.map(|function| (function.name, summary(&function.lines)));
+            (*module, summaries.collect())
+        });
+        contents.collect()
     }
 
-    /// The bytes of the target's file. Texts keep functions', structures' and fields' names, and
-    /// every function's comment.
+    /// Fields whose name is a keyword of the target, where they are called otherwise: structure,
+    /// name, and the name there.
+    ///
+    /// # Errors
+    /// Where the target cannot express the library.
+    pub fn renamed_fields(
+        &self,
+        target: Target,
+    ) -> Result<Vec<(String, String, String)>, ExportError> {
+        let bytes = self.export(target)?;
+        // SPIR-V has no text, and keeps all names.
+        let text = String::from_utf8(bytes).unwrap_or_default();
+        let comments = self.comments();
+        let renamed = match target {
+            Target::Wgsl | Target::Spirv => Vec::new(),
+            _ => comments.renamed_fields(&text),
+        };
+        let owned = renamed.into_iter().map(|(structure, name, there)| {
+            (structure.to_owned(), name.to_owned(), there.to_owned())
+        });
+        Ok(owned.collect())
+    }
+
+    /// The bytes of the target's file. Texts keep the names of functions and
+    /// structures, and all doc comments.
     ///
     /// # Errors
     /// Where the target cannot express the library.
@@ -143,4 +167,18 @@ pub(super) fn refused(target: Target) -> impl Fn(&dyn std::fmt::Display) -> Expo
         target,
         problem: problem.to_string(),
     }
+}
+
+/// The first sentence of a doc comment, on one line.
+fn summary(lines: &[&str]) -> String {
+    let words: Vec<&str> = lines
+        .iter()
+        .map(|line| line.trim_start_matches('/').trim())
+        .take_while(|line| !line.is_empty())
+        .collect();
+    let paragraph = words.join(" ");
+    let end = paragraph.find(". ").unwrap_or(paragraph.len());
+    paragraph[..end]
+        .trim_end_matches(['.', ':', ';'])
+        .to_owned()
 }

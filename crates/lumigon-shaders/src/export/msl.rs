@@ -35,6 +35,9 @@ pub(super) fn write(library: &Library) -> Result<String, ExportError> {
         "{}#pragma once\n\n{}\n{HEAD_END}\nnamespace lumigon {{\n\n{}\n\n}} // namespace lumigon\n",
         heading(Target::Msl),
         head.join("\n").trim(),
-        library.comments().restore(functions.trim(), CONSTANT_PREFIX).trim(),
+        library
+            .comments()
+            .restore(functions.trim(), CONSTANT_PREFIX)
+            .trim(),
     ))
 }
