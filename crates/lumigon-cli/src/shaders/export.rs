@@ -68,7 +68,7 @@ impl From<TargetName> for Target {
 
 impl Export {
     pub(super) fn run(&self) -> Result<(), Failure> {
-        let target = self.target.into();
+        let target = Target::from(self.target);
         let library = Library::new()?;
         let folder = ExportFolder::create(&self.output, self.force)?;
         let write = |name: &str, bytes: &[u8]| {

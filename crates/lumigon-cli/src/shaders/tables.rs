@@ -87,7 +87,10 @@ mod tests {
                 Some(name.strip_suffix(".f32")?.to_owned())
             })
             .collect();
-        let mut exported: Vec<_> = SHIPPED.iter().map(|(name, ..)| (*name).to_owned()).collect();
+        let mut exported: Vec<_> = SHIPPED
+            .iter()
+            .map(|(name, ..)| (*name).to_owned())
+            .collect();
         found.sort();
         exported.sort();
         assert_eq!(exported, found);
