@@ -27,6 +27,8 @@ pub(crate) struct Sight {
     pub(crate) plane_height: f64,
     /// Within this height the place may be in the plane, but for its rounding.
     pub(crate) in_plane: f64,
+    /// Of the light's centre over the place's horizon.
+    pub(crate) height: f64,
     /// Least height of a vertex over the place's horizon.
     pub(crate) lowest: f64,
     /// Cosines at light and place of the ray to the light's centre, absolute.
@@ -35,6 +37,8 @@ pub(crate) struct Sight {
     /// Edges, in quadrilaterals, at least 1: every edge adds its rounding.
     pub(crate) edges: f64,
     pub(crate) is_sliver: bool,
+    /// Whether both precisions circumscribed the same circle.
+    pub(crate) has_same_circle: bool,
 }
 
 pub(crate) struct Cases {
@@ -82,6 +86,14 @@ impl Subject {
         })
     }
 
+    /// Of several circles about an outline, rounding may choose.
+    fn has_same_circle(&self) -> bool {
+        let (center, radius) = self.light.circumscribed_circle();
+        let (center32, radius32) = self.single.circumscribed_circle();
+        let moved = (center - double(center32.into())) * (1.0 / radius);
+        moved.length() < 3e-7 && (f64::from(radius32) / radius - 1.0).abs() < 3e-7
+    }
+
     pub(crate) fn sight(&self, place: &Place) -> Sight {
         let (center, radius) = self.light.circumscribed_circle();
         let (point, normal) = (double(place.point), double(place.normal));
@@ -98,10 +110,12 @@ impl Subject {
         });
         Sight {
             distance: to_center.length(),
+            has_same_circle: self.has_same_circle(),
             nearness: nearness.fold(1.0, f64::min),
             plane_height: -self.light.normal().dot(to_center),
             in_plane: f64::from(self.single.plane_tolerance())
                 + (to_center.x.abs() + to_center.y.abs() + to_center.z.abs()) * 4.8e-7,
+            height: normal.dot(to_center),
             lowest: heights
                 .map(|v| normal.dot(scaled(v)))
                 .fold(f64::INFINITY, f64::min),

@@ -62,7 +62,7 @@ impl Worst {
             .map(|(got, want)| (f64::from(*got) - want).powi(2))
             .sum();
         let error = squared.sqrt();
-        let ratio = error / allowed;
+        let ratio = if error == 0.0 { 0.0 } else { error / allowed };
         // A NaN is worse than anything.
         if !(ratio <= self.ratio) && !self.ratio.is_nan() {
             self.ratio = ratio;

@@ -4,8 +4,10 @@
 //! DX12 device does, software included; none at all is a failure. `-- --nocapture` prints the worst
 //! error of each function.
 
+mod approximations;
 mod brdfs;
 mod cases;
+mod check;
 mod compare;
 mod gpu;
 mod lights;

@@ -1,6 +1,10 @@
 //! How far f32 on a GPU may be from f64 on the CPU, and why.
 
-use crate::cases::Sight;
+use lumigon::{ProjectionBasis, Pyramid, Vec3, projection_axis};
+
+use crate::cases::{Sight, Subject, double};
+use crate::gpu::Place;
+use crate::polygons::Vector;
 
 /// Irradiance, light vector, solid angle of a light beyond 2.7 radii that no horizon cuts, relative,
 /// over the cosines at light and place: the crate states 2e-6 for its own f32; a GPU divides and
@@ -33,4 +37,153 @@ pub(crate) fn flux(sight: &Sight, has_horizon: bool, exact: f64) -> Option<f64> 
         return Some(FAR * exact.abs() / cosines.max(1e-12) + 1e-37);
     }
     Some(NEAR / sight.nearness * sight.edges)
+}
+
+/// The same quantities in the near form at any distance; `times` as many sums.
+pub(crate) fn near(sight: &Sight, times: f64) -> Option<f64> {
+    is_comparable(sight).then(|| times * NEAR / sight.nearness * sight.edges)
+}
+
+/// A bound's own rounding, relative: it divides three times by a distance less 1, and once takes a
+/// height over the horizon and 1 for a sine; both are rounded as the distance is.
+pub(crate) fn bound(sight: &Sight, exact: f64) -> Option<f64> {
+    let (nearest, highest) = (sight.distance - 1.0, sight.height + 1.0);
+    let steady = (nearest - 1e-3).abs() > 1e-4
+        && highest.abs() > 1e-5 * sight.distance.max(1.0)
+        && sight.distance < 1e9;
+    let divisions = 1.0 / nearest.abs().max(1e-3) + 1.0 / highest.abs() + 1.0 / sight.cos_light;
+    (is_comparable(sight) && steady && sight.has_same_circle)
+        .then(|| 2e-6 * (1.0 + sight.distance * divisions) * exact + 1e-37)
+}
+
+/// Of directions: the error of a light vector over its length.
+pub(crate) fn direction(vector_error: Option<f64>, length: f64) -> Option<f64> {
+    // Shorter than its own error it has no direction.
+    vector_error
+        .filter(|error| length > 10.0 * error)
+        .map(|error| error / length)
+}
+
+/// A ramp over a height, which is rounded as the distance is.
+pub(crate) fn ramp(sight: &Sight) -> Option<f64> {
+    sight.has_same_circle.then(|| 1e-6 * (1.0 + sight.distance))
+}
+
+/// A unit vector to a point this far away, in radii: offsets are rounded by 1e-7 radii, which turns
+/// it the more the nearer the point.
+pub(crate) fn axis(distance: f64) -> Option<f64> {
+    // From a billion radii a light is dark, and squares of distances overflow.
+    (1e-3..1e9)
+        .contains(&distance)
+        .then(|| 3e-7 * (1.0 + 1.0 / distance))
+}
+
+/// Vertices in radii from a place.
+fn vertices(subject: &Subject, place: &Place) -> Vec<Vector> {
+    let (_, radius) = subject.light.circumscribed_circle();
+    let point = double(place.point);
+    let relative = |v: Vector| (v - point) * (1.0 / radius);
+    subject
+        .placed
+        .vertices()
+        .into_iter()
+        .map(relative)
+        .collect()
+}
+
+/// The mean direction of the vertices.
+pub(crate) fn on_vertices(subject: &Subject, place: &Place, sight: &Sight) -> Option<f64> {
+    let vertices = vertices(subject, place);
+    let mut sum = Vector::default();
+    let mut rounding = 0.0;
+    for v in &vertices {
+        sum += v.normalize_or_zero();
+        rounding += 3e-7 * (1.0 + 1.0 / v.length().max(1e-9));
+    }
+    // Where the directions cancel, there is none.
+    let steady = sum.length() > 0.01 * vertices.len() as f64 && sight.distance < 1e9;
+    (is_comparable(sight) && steady).then(|| rounding / sum.length())
+}
+
+/// Least depth of the vertices along an axis.
+fn least_depth(vertices: &[Vector], axis: Vector) -> f64 {
+    vertices
+        .iter()
+        .map(|v| axis.dot(*v))
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Projected areas: relative, over the least depth of a vertex along the axis relative to the
+/// distance, which divides twice. Behind the projection's plane there is no answer.
+pub(crate) fn projection(
+    subject: &Subject,
+    place: &Place,
+    sight: &Sight,
+    basis: ProjectionBasis,
+    exact: f64,
+    rise: f64,
+) -> Option<f64> {
+    let axis = projection_axis(&subject.light, double(place.point), basis);
+    let (_, radius) = subject.light.circumscribed_circle();
+    let bias = match basis {
+        ProjectionBasis::Biased { bias } => bias / radius,
+        _ => 0.0,
+    };
+    let depth = least_depth(&vertices(subject, place), axis) + bias;
+    if !is_comparable(sight) || depth < 0.02 * sight.distance.max(1.0) {
+        return None;
+    }
+    // A horizon's cut is where heights say, which are rounded as the distance is.
+    let cut = if sight.lowest > 1e-3 + 1e-6 * sight.distance {
+        1.0
+    } else {
+        1.0 + sight.distance
+    };
+    Some((4e-6 * sight.edges * cut / sight.nearness + rise) * (exact + 1.0 / (depth * depth)))
+}
+
+/// Newton's method stops within 2e-6 of the axis, relative to the cross-section's spread; from afar
+/// the cross-section is found as the difference of places that are rounded as the distance is.
+pub(crate) fn pyramid_axis(subject: &Subject, place: &Place, sight: &Sight) -> Option<f64> {
+    let pyramid = Pyramid::new(&subject.light, double(place.point));
+    let depth = least_depth(&vertices(subject, place), pyramid.axis);
+    if !is_comparable(sight) || sight.distance > 1e3 || depth < 1e-2 {
+        return None;
+    }
+    Some(1e-5 * sight.edges * (1.0 + pyramid.moment_trace) / sight.cos_light)
+}
+
+/// Its area and moments, relative.
+pub(crate) fn pyramid_area(
+    subject: &Subject,
+    place: &Place,
+    sight: &Sight,
+    exact: &[f64; 3],
+) -> Option<f64> {
+    let axis = pyramid_axis(subject, place, sight)?;
+    let [a, b, c] = *exact;
+    Some(Vec3::new(a, b, c).length() * axis * sight.distance.max(1.0) * 2.0)
+}
+
+/// A mirrored ray hits or misses; not within rounding of an edge.
+pub(crate) fn mirrored(subject: &Subject, place: &Place, sight: &Sight) -> Option<f64> {
+    let (normal, view) = (double(place.normal), double(place.view));
+    let reflected = normal * (2.0 * normal.dot(view)) - view;
+    let point = double(place.point);
+    let (_, radius) = subject.light.circumscribed_circle();
+    let to_edge = |(a, b): (Vector, Vector)| {
+        let (a, b) = ((a - point) * (1.0 / radius), (b - point) * (1.0 / radius));
+        // Distance of the segment from the ray, over the distance from the place.
+        let across = |v: Vector| v - reflected * reflected.dot(v);
+        let (a, b) = (across(a), across(b));
+        let along = b - a;
+        let t = (-a.dot(along) / along.dot(along).max(1e-300)).clamp(0.0, 1.0);
+        (a + along * t).length()
+    };
+    let edges = subject.placed.edges();
+    let nearest = edges.into_iter().map(to_edge).fold(f64::INFINITY, f64::min);
+    let steady = normal.dot(view).abs() > 1e-6
+        && subject.light.normal().dot(reflected).abs() > 1e-3
+        && nearest > 1e-4 + 2e-6 * sight.distance;
+    (is_comparable(sight) && steady).then_some(1e-9)
 }
