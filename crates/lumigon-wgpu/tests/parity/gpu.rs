@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use crate::poison::poisoned;
 use bytemuck::{Pod, Zeroable};
 use lumigon::PolygonLight;
 use lumigon_wgpu::{Light, LightBuffers, TableFormat, Tables};
@@ -138,7 +139,13 @@ fn gpu() -> &'static Gpu {
     })
 }
 
+/// Poisoned places that every function has to get over.
+const POISONED: usize = 512;
+
 /// The values of a function at all places: `body` is its WESL, with an `evaluate(place: Place)`.
+///
+/// Poisoned places go in after the others: whatever they give, the function must end, and the device
+/// must live.
 pub(crate) fn evaluate(
     name: &str,
     body: &str,
@@ -146,6 +153,8 @@ pub(crate) fn evaluate(
     places: &[Place],
 ) -> Vec<Values> {
     let gpu = gpu();
+    let count = places.len();
+    let places: Vec<Place> = [places, &poisoned(places, POISONED)].concat();
     let text = lumigon_shaders::link(&format!("{HEADER}{body}"), lumigon_wgpu::MODULES, &[])
         .unwrap_or_else(|fault| panic!("{name}: {fault}"));
     if let Err(fault) = naga::front::wgsl::parse_str(&text) {
@@ -195,7 +204,7 @@ pub(crate) fn evaluate(
     };
     let result_size = places.len() * size_of::<Values>();
     let arguments = buffer(
-        size_of_val(places),
+        size_of_val(&*places),
         wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
     );
     let results = buffer(
@@ -207,7 +216,7 @@ pub(crate) fn evaluate(
         wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
     );
     gpu.queue
-        .write_buffer(&arguments, 0, bytemuck::cast_slice(places));
+        .write_buffer(&arguments, 0, bytemuck::cast_slice(&places));
     let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
     let places_group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: Some(name),
@@ -236,5 +245,7 @@ pub(crate) fn evaluate(
     }
     assert!(!LOST.load(Ordering::SeqCst), "{name}: the device is lost");
     let bytes = back.slice(..).get_mapped_range().unwrap();
-    bytemuck::pod_collect_to_vec(&bytes)
+    let mut values: Vec<Values> = bytemuck::pod_collect_to_vec(&bytes);
+    values.truncate(count);
+    values
 }

@@ -12,8 +12,8 @@ mod compare;
 mod gpu;
 mod lights;
 mod lobes;
-mod not_finite;
 mod numbers;
+mod poison;
 #[path = "../../../lumigon/tests/polygons/mod.rs"]
 mod polygons;
 mod tables;

@@ -1,6 +1,6 @@
 //! How far f32 on a GPU may be from f64 on the CPU, and why.
 
-use lumigon::{ProjectionBasis, Pyramid, Vec3, projection_axis};
+use lumigon::{Ltc, PreparedLtc, ProjectionBasis, Pyramid, Vec3, projection_axis};
 
 use crate::cases::{Sight, Subject, double};
 use crate::gpu::Place;
@@ -186,4 +186,151 @@ pub(crate) fn mirrored(subject: &Subject, place: &Place, sight: &Sight) -> Optio
         && subject.light.normal().dot(reflected).abs() > 1e-3
         && nearest > 1e-4 + 2e-6 * sight.distance;
     (is_comparable(sight) && steady).then_some(1e-9)
+}
+
+/// Sums and products of numbers up to 1.
+pub(crate) const ALBEDO: f64 = 3e-7;
+
+/// Interpolated numbers, of which some are in the tens; both sides in f32.
+pub(crate) const TABLE: f64 = 1e-5;
+
+/// An arctangent's absolute error, by its polynomial and rounding.
+pub(crate) const ANGLE: f64 = 5e-7;
+/// Relative.
+pub(crate) const ANGLE_OVER_SINE: f64 = 1e-6;
+/// Of unit vectors.
+pub(crate) const UNIT: f64 = 1e-6;
+
+/// Cosines at view and light, and the length of their vectors' sum; not where f32 cannot tell on
+/// which side of the horizon they are.
+fn cosines(place: &Place) -> Option<[f64; 3]> {
+    let [normal, view, light] = [place.normal, place.view, place.towards].map(double);
+    let (cos_view, cos_light) = (normal.dot(view), normal.dot(light));
+    let steady = cos_view.abs() > 1e-5 && cos_light.abs() > 1e-5;
+    steady.then(|| [cos_view.abs(), cos_light.abs(), (view + light).length()])
+}
+
+/// A reflection model's value, relative: cosines are rounded by 1e-7.
+pub(crate) fn brdf(place: &Place, exact: f64) -> Option<f64> {
+    let [view, light, _] = cosines(place)?;
+    Some(exact * 4e-7 * (4.0 + 1.0 / view + 1.0 / light) + 1e-30)
+}
+
+/// Microfacets: a half vector rounded by 1e-7 counts in units of the width.
+pub(crate) fn facets(place: &Place, alpha: f32, exact: f64) -> Option<f64> {
+    let [_, _, sum] = cosines(place)?;
+    let half = 1.0 / (f64::from(alpha).max(1e-4) * sum.max(1e-3));
+    Some(brdf(place, exact)? + exact * 1e-6 * half)
+}
+
+/// Sheen: a power of 1/alpha magnifies what the half vector's sine is rounded by, and exponentials of
+/// numbers up to 17 their rounding.
+pub(crate) fn cloth(place: &Place, exact: f64) -> Option<f64> {
+    let [_, _, sum] = cosines(place)?;
+    let [normal, view, light] = [place.normal, place.view, place.towards].map(double);
+    let half = (view + light).normalize_or_zero();
+    let (cosine, squared_sine) = (normal.dot(half), normal.cross(half).dot(normal.cross(half)));
+    let power = cosine / (f64::from(place.alpha).max(1e-6) * squared_sine.max(1e-12) * sum);
+    Some(brdf(place, exact)? + exact * (1e-5 + 3e-7 * power))
+}
+
+/// A light as a lobe's cosine space shows it, in radii: its centre's distance, that to the nearest
+/// edge, and the least height of a vertex over both planes.
+fn in_cosine_space(subject: &Subject, place: &Place, lobe: &PreparedLtc<f64>) -> [f64; 3] {
+    let rows = lobe.world_to_cosine();
+    let transform = |v: Vector| Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v));
+    let (center, radius) = subject.light.circumscribed_circle();
+    let (point, normal) = (double(place.point), double(place.normal));
+    let scaled = |v: Vector| (v - point) * (1.0 / radius);
+    let nearness = subject.placed.edges().into_iter().map(|(a, b)| {
+        let (a, b) = (transform(scaled(a)), transform(scaled(b)));
+        let along = b - a;
+        let t = (-a.dot(along) / along.dot(along).max(1e-300)).clamp(0.0, 1.0);
+        (a + along * t).length()
+    });
+    let lowest = subject
+        .placed
+        .vertices()
+        .into_iter()
+        .map(|v| normal.dot(scaled(v)).min(transform(scaled(v)).z));
+    [
+        transform(scaled(center)).length(),
+        nearness.fold(f64::INFINITY, f64::min),
+        lowest.fold(f64::INFINITY, f64::min),
+    ]
+}
+
+/// A lobe's form factor: as [`flux`], in cosine space, where places are rounded as in world space
+/// but may be much nearer.
+pub(crate) fn lobe(
+    subject: &Subject,
+    place: &Place,
+    sight: &Sight,
+    lobe: &PreparedLtc<f64>,
+) -> Option<f64> {
+    let [distance, nearness, lowest] = in_cosine_space(subject, place, lobe);
+    let reach = sight.distance.max(1.0);
+    if !is_comparable(sight) || nearness < 1e-4 * reach {
+        return None;
+    }
+    if distance > 2.7 && lowest > 1e-3 + 1e-6 * sight.distance {
+        let relative = 3e-6 * sight.edges * sight.distance / distance;
+        return Some(relative / (distance * distance) + 1e-37);
+    }
+    Some(4e-6 * sight.edges * reach / nearness.min(reach))
+}
+
+/// Its bound's rounding, as [`bound`].
+pub(crate) fn lobe_bound(
+    subject: &Subject,
+    place: &Place,
+    sight: &Sight,
+    lobe: &PreparedLtc<f64>,
+    exact: f64,
+) -> Option<f64> {
+    let [distance, _, _] = in_cosine_space(subject, place, lobe);
+    let rows = lobe.world_to_cosine();
+    let (center, radius) = subject.light.circumscribed_circle();
+    let height = rows[2].dot((center - double(place.point)) * (1.0 / radius));
+    let (nearest, highest) = (distance - 1.0, height + 1.0);
+    let steady = (nearest - 1e-3).abs() > 1e-4 * sight.distance.max(1.0)
+        && highest.abs() > 1e-5 * sight.distance.max(1.0)
+        && (sight.height + 1.0).abs() > 1e-5 * sight.distance.max(1.0)
+        && sight.distance < 1e9;
+    let divisions = 1.0 / nearest.abs().max(1e-3) + 1.0 / highest.abs();
+    // The area grows with a normal that may be all but rounding.
+    let normal = 2e-6 * sight.distance / (distance * sight.cos_light);
+    (is_comparable(sight) && steady && sight.has_same_circle).then(|| {
+        let stretched = std::f64::consts::FRAC_1_PI / (nearest.max(1e-3) * nearest.max(1e-3));
+        4e-6 * sight.distance.max(1.0) * divisions * exact + normal * stretched.min(1.0) + 1e-37
+    })
+}
+
+/// A lobe's density, relative: the fourth power of a length that is a sum of two products.
+pub(crate) fn lobe_density(ltc: &Ltc<f64>, light: Vector, exact: f64) -> Option<f64> {
+    let [a, b, c, d] = ltc.shading_to_cosine;
+    let (x, z) = (a * light.x + b * light.z, c * light.x + d * light.z);
+    let lost = |sum: f64, p: f64, q: f64| (p.abs() + q.abs()) / sum.abs().max(1e-30);
+    let length = (x * x + light.y * light.y + z * z).sqrt();
+    let rounding = (a * light.x).abs() + (b * light.z).abs() + light.y.abs() + z.abs();
+    let terms = 4.0 * rounding / length
+        + lost(z, c * light.x, d * light.z)
+        + lost(a * d - b * c, a * d, b * c);
+    // Not where f32 cannot tell the side.
+    (lost(z, c * light.x, d * light.z) < 1e4).then_some(3e-7 * terms * exact + 1e-30)
+}
+
+/// Its inverse map's direction.
+pub(crate) fn lobe_direction(ltc: &Ltc<f64>, direction: Vector) -> Option<f64> {
+    let [a, b, c, d] = ltc.shading_to_cosine;
+    let x = d * direction.x - b * direction.z;
+    let z = a * direction.z - c * direction.x;
+    let y = direction.y * (a * d - b * c);
+    let rounding = (d * direction.x).abs()
+        + (b * direction.z).abs()
+        + (a * direction.z).abs()
+        + (c * direction.x).abs()
+        + direction.y.abs() * ((a * d).abs() + (b * c).abs());
+    let length = (x * x + y * y + z * z).sqrt();
+    (length > 1e-9).then(|| 3e-7 * rounding / length + 3e-7)
 }
