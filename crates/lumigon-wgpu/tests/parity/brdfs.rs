@@ -9,7 +9,7 @@ use crate::cases::double;
 use crate::check::check;
 use crate::gpu::Place;
 use crate::polygons::Vector;
-use crate::tolerances::{ALBEDO, brdf, cloth, facets};
+use crate::tolerances::{ALBEDO, cloth, diffuse, facets};
 
 /// A function of the model's arguments, as one number.
 fn body(call: &str) -> String {
@@ -107,7 +107,7 @@ fn eon_is_the_cpu_s() {
             let [x, y, z, _] = place.lobe.map(f64::from);
             [x, y, z].map(|rho| eon_cosine(rho, place.alpha.into(), normal, view, light))
         },
-        |_, place, _, exact: &[f64; 3]| brdf(place, Vec3::from(*exact).length()),
+        |_, place, _, exact: &[f64; 3]| diffuse(place, Vec3::from(*exact).length()),
     );
     check(
         "eon_single_cosine, eon_multiple_cosine",
@@ -128,7 +128,7 @@ fn eon_is_the_cpu_s() {
                 eon_multiple_cosine(r, normal, view, light),
             ]
         },
-        |_, place, _, exact| brdf(place, exact[0] + exact[1]),
+        |_, place, _, exact| diffuse(place, exact[0] + exact[1]),
     );
     check(
         "eon_albedo, eon_multiple_albedo, eon_single_albedo",

@@ -16,8 +16,12 @@ fn ltc(place: &Place) -> Ltc<f64> {
 }
 
 /// The lobe at a place, about its mirrored view.
+///
+/// The true one is about unit vectors: where the view is nearly the normal, what f32 leaves of their
+/// lengths would turn it.
 fn prepared(_: &Subject, place: &Place) -> PreparedLtc<f64> {
-    PreparedLtc::new(&ltc(place), double(place.normal), double(place.view))
+    let unit = |v: [f32; 3]| double(v).normalize_or_zero();
+    PreparedLtc::new(&ltc(place), unit(place.normal), unit(place.view))
 }
 
 /// A lobe that keeps no symmetry; the same numbers as in the shader below.
@@ -163,8 +167,8 @@ fn densities_and_shares_are_the_cpu_s() {
         |_, place, _, exact| {
             let map = skewed(place);
             is_upright(&map).then(|| {
-                let rounding = exact[0].max(1.0);
-                1e-4 * rounding
+                // Relative to a lobe that is about as wide as this.
+                3e-6 * exact[0].max(1.0)
             })
         },
     );

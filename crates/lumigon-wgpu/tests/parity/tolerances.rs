@@ -53,7 +53,7 @@ pub(crate) fn bound(sight: &Sight, exact: f64) -> Option<f64> {
         && sight.distance < 1e9;
     let divisions = 1.0 / nearest.abs().max(1e-3) + 1.0 / highest.abs() + 1.0 / sight.cos_light;
     (is_comparable(sight) && steady && sight.has_same_circle)
-        .then(|| 2e-6 * (1.0 + sight.distance * divisions) * exact + 1e-37)
+        .then(|| 5e-7 * (1.0 + sight.distance * divisions) * exact + 1e-37)
 }
 
 /// Of directions: the error of a light vector over its length.
@@ -66,7 +66,7 @@ pub(crate) fn direction(vector_error: Option<f64>, length: f64) -> Option<f64> {
 
 /// A ramp over a height, which is rounded as the distance is.
 pub(crate) fn ramp(sight: &Sight) -> Option<f64> {
-    sight.has_same_circle.then(|| 1e-6 * (1.0 + sight.distance))
+    sight.has_same_circle.then(|| 3e-7 * (1.0 + sight.distance))
 }
 
 /// A unit vector to a point this far away, in radii: offsets are rounded by 1e-7 radii, which turns
@@ -150,7 +150,7 @@ pub(crate) fn pyramid_axis(subject: &Subject, place: &Place, sight: &Sight) -> O
     if !is_comparable(sight) || sight.distance > 1e3 || depth < 1e-2 {
         return None;
     }
-    Some(1e-5 * sight.edges * (1.0 + pyramid.moment_trace) / sight.cos_light)
+    Some(3e-6 * sight.edges * (1.0 + pyramid.moment_trace) / sight.cos_light)
 }
 
 /// Its area and moments, relative.
@@ -162,7 +162,7 @@ pub(crate) fn pyramid_area(
 ) -> Option<f64> {
     let axis = pyramid_axis(subject, place, sight)?;
     let [a, b, c] = *exact;
-    Some(Vec3::new(a, b, c).length() * axis * sight.distance.max(1.0) * 2.0)
+    Some(Vec3::new(a, b, c).length() * axis * sight.distance.max(1.0))
 }
 
 /// A mirrored ray hits or misses; not within rounding of an edge.
@@ -188,8 +188,8 @@ pub(crate) fn mirrored(subject: &Subject, place: &Place, sight: &Sight) -> Optio
     (is_comparable(sight) && steady).then_some(1e-9)
 }
 
-/// Sums and products of numbers up to 1.
-pub(crate) const ALBEDO: f64 = 3e-7;
+/// Sums and products of a few numbers up to 1.
+pub(crate) const ALBEDO: f64 = 6e-7;
 
 /// Interpolated numbers, of which some are in the tens; both sides in f32.
 pub(crate) const TABLE: f64 = 1e-5;
@@ -206,8 +206,10 @@ pub(crate) const UNIT: f64 = 1e-6;
 fn cosines(place: &Place) -> Option<[f64; 3]> {
     let [normal, view, light] = [place.normal, place.view, place.towards].map(double);
     let (cos_view, cos_light) = (normal.dot(view), normal.dot(light));
-    let steady = cos_view.abs() > 1e-5 && cos_light.abs() > 1e-5;
-    steady.then(|| [cos_view.abs(), cos_light.abs(), (view + light).length()])
+    // Where view and light cancel, there is no half vector.
+    let sum = (view + light).length();
+    let steady = cos_view.abs() > 1e-5 && cos_light.abs() > 1e-5 && sum > 1e-2;
+    steady.then(|| [cos_view.abs(), cos_light.abs(), sum])
 }
 
 /// A reflection model's value, relative: cosines are rounded by 1e-7.
@@ -216,22 +218,32 @@ pub(crate) fn brdf(place: &Place, exact: f64) -> Option<f64> {
     Some(exact * 4e-7 * (4.0 + 1.0 / view + 1.0 / light) + 1e-30)
 }
 
+/// A rough diffuse surface's value: near the retroreflecting and the opposite direction its terms
+/// cancel.
+pub(crate) fn diffuse(place: &Place, exact: f64) -> Option<f64> {
+    let [_, light, _] = cosines(place)?;
+    Some(brdf(place, exact)? + 1e-6 * light)
+}
+
 /// Microfacets: a half vector rounded by 1e-7 counts in units of the width.
 pub(crate) fn facets(place: &Place, alpha: f32, exact: f64) -> Option<f64> {
     let [_, _, sum] = cosines(place)?;
-    let half = 1.0 / (f64::from(alpha).max(1e-4) * sum.max(1e-3));
+    let half = 1.0 / (f64::from(alpha).max(1e-4) * sum);
     Some(brdf(place, exact)? + exact * 1e-6 * half)
 }
 
-/// Sheen: a power of 1/alpha magnifies what the half vector's sine is rounded by, and exponentials of
-/// numbers up to 17 their rounding.
+/// Sheen: of exponentials of numbers up to 17 their rounding, relative; and what a half vector
+/// rounded by 3e-7 does to a sine to the power of 1/alpha, without the masking that makes it less.
 pub(crate) fn cloth(place: &Place, exact: f64) -> Option<f64> {
-    let [_, _, sum] = cosines(place)?;
+    let [cos_view, _, sum] = cosines(place)?;
     let [normal, view, light] = [place.normal, place.view, place.towards].map(double);
     let half = (view + light).normalize_or_zero();
-    let (cosine, squared_sine) = (normal.dot(half), normal.cross(half).dot(normal.cross(half)));
-    let power = cosine / (f64::from(place.alpha).max(1e-6) * squared_sine.max(1e-12) * sum);
-    Some(brdf(place, exact)? + exact * (1e-5 + 3e-7 * power))
+    let (cosine, sine) = (normal.dot(half).abs(), normal.cross(half).length().min(1.0));
+    let power = 1.0 / f64::from(place.alpha).clamp(1e-6, 1.0);
+    let turned = (sine + 3e-7 / sum * cosine).min(1.0);
+    let risen = turned.powf(power) - sine.powf(power);
+    let scale = (2.0 + power) / (8.0 * std::f64::consts::PI * cos_view);
+    Some(brdf(place, exact)? + exact * 1e-5 + scale * risen)
 }
 
 /// A light as a lobe's cosine space shows it, in radii: its centre's distance, that to the nearest
@@ -277,7 +289,19 @@ pub(crate) fn lobe(
         let relative = 3e-6 * sight.edges * sight.distance / distance;
         return Some(relative / (distance * distance) + 1e-37);
     }
-    Some(4e-6 * sight.edges * reach / nearness.min(reach))
+    // Both planes are one where the view is along the normal; an edge along both is clipped by each
+    // as rounding says, and the chains do not meet.
+    let [x, y, z] = lobe.world_to_cosine();
+    let lean = y
+        .cross(z)
+        .dot(double(place.normal))
+        .hypot(z.cross(x).dot(double(place.normal)));
+    let area = x.cross(y).dot(double(place.normal));
+    let rounding = 1e-4 * sight.distance.max(1.0);
+    if lean < 1e-5 * area.abs() && sight.height.abs() < 1.0 && lowest.abs() < rounding.max(1e-2) {
+        return None;
+    }
+    Some(2e-6 * sight.edges * reach / nearness.min(reach))
 }
 
 /// Its bound's rounding, as [`bound`].
@@ -302,7 +326,7 @@ pub(crate) fn lobe_bound(
     let normal = 2e-6 * sight.distance / (distance * sight.cos_light);
     (is_comparable(sight) && steady && sight.has_same_circle).then(|| {
         let stretched = std::f64::consts::FRAC_1_PI / (nearest.max(1e-3) * nearest.max(1e-3));
-        4e-6 * sight.distance.max(1.0) * divisions * exact + normal * stretched.min(1.0) + 1e-37
+        1e-6 * sight.distance.max(1.0) * divisions * exact + normal * stretched.min(1.0) + 1e-37
     })
 }
 
