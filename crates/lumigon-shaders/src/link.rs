@@ -97,20 +97,18 @@ pub fn link(
     modules: &[(&str, &str)],
     conditions: &[(&str, bool)],
 ) -> Result<String, LinkError> {
-    let mut features = Features::default();
-    features.flags = conditions
-        .iter()
-        .map(|&(name, on)| {
-            (
-                name.to_owned(),
-                if on {
-                    Feature::Enable
-                } else {
-                    Feature::Disable
-                },
-            )
-        })
-        .collect();
+    let flag = |&(name, on): &(&str, bool)| {
+        let feature = if on {
+            Feature::Enable
+        } else {
+            Feature::Disable
+        };
+        (name.to_owned(), feature)
+    };
+    let features = Features {
+        flags: conditions.iter().map(flag).collect(),
+        ..Features::default()
+    };
     let options = CompileOptions {
         features,
         keep_root: true,

@@ -18,8 +18,9 @@ fn body(call: &str) -> String {
 
 const POSITIVE: (f64, f64) = (0.0, f32::MAX as f64);
 
+/// Normal, view and light, of unit length: a half vector's sine would be what f32 leaves of it.
 fn towards(place: &Place) -> [Vector; 3] {
-    [place.normal, place.view, place.towards].map(double)
+    [place.normal, place.view, place.towards].map(|v| double(v).normalize_or_zero())
 }
 
 #[test]

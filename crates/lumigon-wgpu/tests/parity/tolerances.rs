@@ -201,10 +201,15 @@ pub(crate) const ANGLE_OVER_SINE: f64 = 1e-6;
 /// Of unit vectors.
 pub(crate) const UNIT: f64 = 1e-6;
 
+/// Normal, view and light.
+fn units(place: &Place) -> [Vector; 3] {
+    [place.normal, place.view, place.towards].map(|v| double(v).normalize_or_zero())
+}
+
 /// Cosines at view and light, and the length of their vectors' sum; not where f32 cannot tell on
 /// which side of the horizon they are.
 fn cosines(place: &Place) -> Option<[f64; 3]> {
-    let [normal, view, light] = [place.normal, place.view, place.towards].map(double);
+    let [normal, view, light] = units(place);
     let (cos_view, cos_light) = (normal.dot(view), normal.dot(light));
     // Where view and light cancel, there is no half vector.
     let sum = (view + light).length();
@@ -236,7 +241,7 @@ pub(crate) fn facets(place: &Place, alpha: f32, exact: f64) -> Option<f64> {
 /// rounded by 3e-7 does to a sine to the power of 1/alpha, without the masking that makes it less.
 pub(crate) fn cloth(place: &Place, exact: f64) -> Option<f64> {
     let [cos_view, _, sum] = cosines(place)?;
-    let [normal, view, light] = [place.normal, place.view, place.towards].map(double);
+    let [normal, view, light] = units(place);
     let half = (view + light).normalize_or_zero();
     let (cosine, sine) = (normal.dot(half).abs(), normal.cross(half).length().min(1.0));
     let power = 1.0 / f64::from(place.alpha).clamp(1e-6, 1.0);
