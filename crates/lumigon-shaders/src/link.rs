@@ -285,4 +285,22 @@ mod tests {
         items.sort_unstable();
         items
     }
+
+    #[test]
+    fn readme_s_shaders_link() {
+        let readme = include_str!("../../../shaders/README.md");
+        let shaders: Vec<_> = readme
+            .split("```wgsl\n")
+            .skip(1)
+            .map(|rest| rest.split("```").next().unwrap())
+            .collect();
+        assert_eq!(shaders.len(), 2);
+        for shader in shaders {
+            let module = parsed(&link(shader, &[], &[]).unwrap());
+            assert!(module.functions.len() > 5);
+        }
+        for (name, _) in MODULES {
+            assert!(readme.contains(&format!("`{name}")), "{name}");
+        }
+    }
 }

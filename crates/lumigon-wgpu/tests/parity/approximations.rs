@@ -165,6 +165,17 @@ fn area_along(axis: &str, begin: &str, bias: &str) -> String {
     )
 }
 
+fn area_from(basis: &str) -> String {
+    format!(
+        "fn evaluate(place: Place) -> array<vec4f, 3> {{
+            let basis = package::lights::{basis};
+            return one(package::lights::projected_area_from(
+                place.light, place.point, place.normal, basis, 0.0, false
+            ));
+        }}"
+    )
+}
+
 fn check_area(
     name: &'static str,
     body: &str,
@@ -209,6 +220,18 @@ fn projected_area_is_the_cpu_s() {
         "projected_area, biased",
         &area_along(centroid, CLIPPED, "place.bias"),
         |bias| ProjectionBasis::Biased { bias },
+        LocalOcclusion::Exact,
+    );
+    check_area(
+        "projected_area, weighted",
+        &area_from("BASIS_WEIGHTED"),
+        |_| ProjectionBasis::Weighted,
+        LocalOcclusion::Exact,
+    );
+    check_area(
+        "projected_area, optimal",
+        &area_from("BASIS_OPTIMAL"),
+        |_| ProjectionBasis::Optimal,
         LocalOcclusion::Exact,
     );
     check_area(

@@ -61,7 +61,7 @@ impl Worst {
         let error = squared.sqrt();
         let ratio = if error == 0.0 { 0.0 } else { error / allowed };
         // A NaN is worse than anything.
-        if !(ratio <= self.ratio) && !self.ratio.is_nan() {
+        if (ratio.is_nan() || ratio > self.ratio) && !self.ratio.is_nan() {
             self.ratio = ratio;
             self.error = error;
             self.at = format!("{got:?}, not {want:?}, at {}", at());

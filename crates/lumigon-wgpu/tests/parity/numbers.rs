@@ -26,7 +26,7 @@ fn places() -> Vec<Place> {
             let angle = match i % 4 {
                 0 => random.log_range(1e-9, 1.0),
                 1 => std::f64::consts::PI - random.log_range(1e-3, 1.0),
-                _ => random.range(0.0, 3.14),
+                _ => random.range(0.0, 3.1),
             };
             let size = random.log_range(1e-9, 1e9);
             let axis = if i % 8 == 0 {

@@ -53,7 +53,7 @@ pub(crate) fn bound(sight: &Sight, exact: f64) -> Option<f64> {
         && sight.distance < 1e9;
     let divisions = 1.0 / nearest.abs().max(1e-3) + 1.0 / highest.abs() + 1.0 / sight.cos_light;
     (is_comparable(sight) && steady && sight.has_same_circle)
-        .then(|| 5e-7 * (1.0 + sight.distance * divisions) * exact + 1e-37)
+        .then_some(5e-7 * (1.0 + sight.distance * divisions) * exact + 1e-37)
 }
 
 /// Of directions: the error of a light vector over its length.
@@ -66,7 +66,9 @@ pub(crate) fn direction(vector_error: Option<f64>, length: f64) -> Option<f64> {
 
 /// A ramp over a height, which is rounded as the distance is.
 pub(crate) fn ramp(sight: &Sight) -> Option<f64> {
-    sight.has_same_circle.then(|| 3e-7 * (1.0 + sight.distance))
+    sight
+        .has_same_circle
+        .then_some(3e-7 * (1.0 + sight.distance))
 }
 
 /// A unit vector to a point this far away, in radii: offsets are rounded by 1e-7 radii, which turns
