@@ -4,6 +4,8 @@
 mod caller;
 #[path = "shaders_export/es300.rs"]
 mod es300;
+#[path = "shaders_export/host.rs"]
+mod host;
 #[path = "shaders_export/tool.rs"]
 mod tool;
 

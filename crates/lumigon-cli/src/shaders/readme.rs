@@ -13,6 +13,9 @@ struct Readme<'a> {
     language: &'static str,
     library: &'static str,
     example: &'static str,
+    host: &'static str,
+    /// What prepares a light.
+    host_call: &'static str,
     /// What is beside the example, and what it is.
     more_files: &'static [(&'static str, &'static str)],
     /// How a shader takes the library.
@@ -68,6 +71,11 @@ pub(super) fn readme(
         language: target.language(),
         library: target.file_name(),
         example,
+        host: target.host_code().0,
+        host_call: match target {
+            Target::Wgsl | Target::GlslEs300 => "`prepareLight(loops, bothSides)`",
+            _ => "`lumigon_host::prepare_light(loops, both_sides, records)`",
+        },
         more_files: match target {
             Target::Spirv => &[
                 (

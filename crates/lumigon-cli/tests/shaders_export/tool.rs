@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// Runs a tool that must succeed without a warning; its output.
-fn run(command: &mut Command, mend: &str) -> String {
+pub(crate) fn run(command: &mut Command, mend: &str) -> String {
     let Output {
         status,
         stdout,
