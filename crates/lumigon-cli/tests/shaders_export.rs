@@ -194,6 +194,9 @@ fn hlsl_compiles() {
         caller::c_like(&library, Language::Hlsl)
     );
     write(&folder, "caller.hlsl", &caller);
+    let readme = read(&folder, "README.md");
+    let version = tool::slangc_version();
+    assert!(readme.contains(&format!("slangc {version}")), "{version}");
     let made = folder.path().join("made.spv");
     let made = made.to_str().unwrap();
     for name in ["caller.hlsl", "example.hlsl"] {

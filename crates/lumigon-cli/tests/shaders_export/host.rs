@@ -11,7 +11,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::es300::random_light;
 use crate::tool::run;
-use crate::{export, write};
+use crate::{export, read, write};
 
 const LIGHTS: usize = 200;
 
@@ -84,6 +84,18 @@ for (const line of readFileSync(0, "utf8").trimEnd().split("\n")) {
         console.log("error");
     }
 }
+"#;
+
+/// What the README's script finds: a context that lists what it is called with.
+const GL: &str = r#"
+import { readFileSync } from "node:fs";
+const program = {};
+const calls = [];
+const called = (name) => (...values) => (calls.push([name, ...values]), values[1]);
+const gl = new Proxy({}, {
+    get: (_, name) => (name === name.toUpperCase() ? name : called(name)),
+});
+const fetch = async (path) => ({ arrayBuffer: () => new Uint8Array(readFileSync(path)).buffer });
 "#;
 
 /// Good lights, and a few that are none.
@@ -224,4 +236,40 @@ fn javascript_prepares_lights() {
         "install Debian's nodejs, or run ./check",
     );
     compare(&answers, &questions);
+}
+
+#[test]
+fn readme_fills_every_uniform_of_the_example() {
+    let folder = export("glsl-es300");
+    let readme = read(&folder, "README.md");
+    let (_, script) = readme.split_once("```js\n").unwrap();
+    let (script, _) = script.split_once("```").unwrap();
+    let report = "for (const [name, ...values] of calls) console.log(name, ...values.slice(0, 2));";
+    write(&folder, "package.json", r#"{"type": "module"}"#);
+    let source = write(&folder, "main.js", &format!("{GL}\n{script}\n{report}"));
+    let mut command = Command::new("node");
+    command.arg(source).current_dir(folder.path());
+    let calls = run(&mut command, "install Debian's nodejs, or run ./check");
+    let example = read(&folder, "example.frag");
+    let library = read(&folder, "lumigon.glsl");
+    let (_, fields) = library.split_once("struct PolygonLight {\n").unwrap();
+    let (fields, _) = fields.split_once("};").unwrap();
+    let declared = |line: &str| {
+        let name = line.trim().strip_suffix(';')?.rsplit(' ').next()?;
+        Some(name.split('[').next()?.to_owned())
+    };
+    let fields = fields.lines().filter_map(declared);
+    let uniforms = example.lines().filter(|line| line.starts_with("uniform "));
+    let uniforms = uniforms.filter_map(declared);
+    let wanted = fields.map(|name| format!("light.{name}")).chain(uniforms);
+    let mut count = 0;
+    for name in wanted.filter(|name| !["light", "ggx_table", "camera"].contains(&name.as_str())) {
+        let line = calls
+            .lines()
+            .find(|line| line.ends_with(&format!(" {name}")));
+        assert!(line.is_some(), "{name} is not set:\n{calls}");
+        count += 1;
+    }
+    assert_eq!(count, 11, "{calls}");
+    assert!(calls.contains("texImage2D TEXTURE_2D 0"), "{calls}");
 }

@@ -50,6 +50,16 @@ pub(crate) fn slangc(file: &Path, output: &str) {
     run(&mut command, "run ./check, which installs it");
 }
 
+/// What `slangc` calls itself, which it prints where errors go.
+pub(crate) fn slangc_version() -> String {
+    let output = Command::new(python_tool("slangc"))
+        .arg("-v")
+        .output()
+        .unwrap();
+    let printed = [output.stdout, output.stderr].concat();
+    String::from_utf8_lossy(&printed).trim().to_owned()
+}
+
 /// A program in the environment that `check` makes.
 pub(crate) fn python_tool(name: &str) -> PathBuf {
     let tool = Path::new(env!("CARGO_MANIFEST_DIR"))
