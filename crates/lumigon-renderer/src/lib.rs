@@ -4,11 +4,15 @@
 //! a backend turns the scene into an image.
 
 mod cpu;
+mod gpu;
 mod picture;
 mod render;
 mod scene;
 
 pub use cpu::CpuRenderer;
+pub use gpu::{
+    AdapterDescription, AdapterKind, Gpu, GpuError, GpuPreference, GpuRenderer, GpuTimings,
+};
 pub use picture::{
     PictureError, PictureFormat, ToneMap, check_writable, srgb8, write_exr, write_png,
 };
