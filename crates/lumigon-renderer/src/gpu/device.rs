@@ -183,6 +183,9 @@ impl Gpu {
                 Ok(_) => return Ok(Waited::Done),
                 Err(wgpu::PollError::Timeout) => {}
                 Err(fault) => {
+                    // A destroyed device takes no submission, and tells so in the next poll.
+                    _ = self.device.poll(wgpu::PollType::Poll);
+                    self.check()?;
                     return Err(GpuError::Refused {
                         what: "to be waited for",
                         reason: fault.to_string(),
@@ -198,6 +201,38 @@ impl Gpu {
                 });
             }
         }
+    }
+
+    /// Waits as [`Gpu::wait`], then gives `each` the bytes of each slice.
+    pub(super) fn read(
+        &self,
+        submission: &wgpu::SubmissionIndex,
+        slices: &[wgpu::BufferSlice<'_>],
+        cancelled: impl Fn() -> bool,
+        mut each: impl FnMut(usize, &[u8]),
+    ) -> Result<Waited, GpuError> {
+        for slice in slices {
+            // Where mapping fails, so does reading below.
+            slice.map_async(wgpu::MapMode::Read, |_| {});
+        }
+        let mut result = self.wait(submission, cancelled);
+        if matches!(result, Ok(Waited::Done)) {
+            for (i, slice) in slices.iter().enumerate() {
+                match slice.get_mapped_range() {
+                    Ok(view) => each(i, &view),
+                    Err(fault) => {
+                        result = Err(GpuError::Refused {
+                            what: "to be read",
+                            reason: fault.to_string(),
+                        });
+                    }
+                }
+            }
+        }
+        for slice in slices {
+            slice.buffer().unmap();
+        }
+        result
     }
 }
 
@@ -222,7 +257,7 @@ fn set(place: &Mutex<Option<String>>, reason: String) {
     lock(place).get_or_insert(reason);
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
