@@ -5,6 +5,8 @@ mod clock;
 mod device;
 mod error;
 mod frame;
+mod lighting;
+mod methods;
 mod record;
 mod renderer;
 mod scene_buffers;

@@ -2,19 +2,18 @@
 
 use std::sync::Mutex;
 
-use lumigon_wgpu::{Light, LightBuffers, TableFormat, Tables};
-
 use super::clock::Clock;
 use super::device::{Gpu, Waited, lock};
 use super::error::GpuError;
 use super::frame::{Tile, View, tiles};
+use super::lighting::Lighting;
+use super::methods::Methods;
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
-use super::shading::{self, PIXEL, Shading, Sums};
+use super::shading::{self, PIXEL, Shading, ShadingRecord, Sums};
 use super::visibility::{Canvas, Visibility};
 use crate::cpu::{check_size, pixel_samples};
 use crate::render::{Pixels, RenderError, RenderSettings, Rendering, Watch};
 use crate::scene::{Camera, EmissivePolygon, Scene};
-use crate::shading_light::prepared_lights;
 
 /// Longest side of a tile, in pixels: what every device can raster.
 const LONGEST_SIDE: u32 = 2048;
@@ -25,6 +24,9 @@ const MOST_PIXELS: u64 = 1 << 21;
 /// Edges times pixels of one submission. Drivers take a device for hung after some two seconds,
 /// which slow ones would need for ten times as many; fast ones need some for their full speed.
 const MOST_WORK: u64 = 1 << 33;
+
+/// Edges of the lights that are left of many where those that add little are left out, about.
+const MOST_COUNTING_EDGES: u64 = 1000;
 
 /// How long the device worked on the last picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,13 +45,7 @@ pub struct GpuRenderer {
     scene: SceneBuffers,
     visibility: Visibility,
     shading: Shading,
-    lights: LightBuffers,
-    tables: Tables,
-    lights_layout: wgpu::BindGroupLayout,
-    lights_group: wgpu::BindGroup,
-    /// Vertex records of all lights.
-    edges: u64,
-    warnings: Vec<String>,
+    lighting: Lighting,
     clock: Option<Clock>,
     /// One picture at a time.
     studio: Mutex<Studio>,
@@ -82,26 +78,15 @@ impl GpuRenderer {
     }
 
     fn build(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
-        let (device, queue) = (gpu.device(), gpu.queue());
-        let (lights, warnings) = prepared(&scene.polygon_lights);
-        let light_buffers = LightBuffers::new(device, queue, &lights)?;
-        let tables = Tables::new(device, queue, TableFormat::F32);
-        let lights_layout = lumigon_wgpu::bind_group_layout(device, wgpu::ShaderStages::COMPUTE);
-        let lights_group =
-            lumigon_wgpu::bind_group(device, &lights_layout, &light_buffers, &tables);
+        let lighting = Lighting::new(gpu, &scene.polygon_lights, &scene.punctual_lights)?;
         let scene_layout = scene_buffers::layout(gpu);
         let scene = SceneBuffers::new(gpu, &scene_layout, scene)?;
         Ok(Self {
             gpu: gpu.clone(),
             visibility: Visibility::new(gpu, &scene_layout, &scene)?,
-            shading: Shading::new(gpu, &lights_layout, &scene_layout, scene.features)?,
+            shading: Shading::new(gpu, lighting.layout(), &scene_layout, scene.features)?,
             scene,
-            edges: edges(&lights),
-            lights: light_buffers,
-            tables,
-            lights_layout,
-            lights_group,
-            warnings,
+            lighting,
             clock: Clock::new(gpu),
             studio: Mutex::default(),
             largest_tile: None,
@@ -111,7 +96,7 @@ impl GpuRenderer {
     /// Lights whose outlines cannot be evaluated, and why: they light nothing.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
-        &self.warnings
+        &self.lighting.warnings
     }
 
     /// Replaces the lights; the scene's emissive faces stay where they are.
@@ -119,22 +104,10 @@ impl GpuRenderer {
     /// # Errors
     /// Where they are more than the device's buffers hold; they stay as they were.
     pub fn set_lights(&mut self, lights: &[EmissivePolygon]) -> Result<(), GpuError> {
-        let (lights, warnings) = prepared(lights);
         let gpu = self.gpu.clone();
-        gpu.guarded("lights", || {
-            let (device, queue) = (gpu.device(), gpu.queue());
-            if self.lights.write(device, queue, &lights)? {
-                self.lights_group = lumigon_wgpu::bind_group(
-                    device,
-                    &self.lights_layout,
-                    &self.lights,
-                    &self.tables,
-                );
-            }
-            Ok(())
-        })?;
-        self.edges = edges(&lights);
-        self.warnings = warnings;
+        if gpu.guarded("lights", || self.lighting.set_polygons(&gpu, lights))? {
+            lock(&self.studio).equipment = None;
+        }
         Ok(())
     }
 
@@ -190,18 +163,21 @@ impl GpuRenderer {
         watch: Watch<'_>,
         studio: &mut Studio,
     ) -> Result<Waited, GpuError> {
-        let methods = (settings.diffuse, settings.specular);
+        let methods = Methods::new(settings);
         let pipeline = self.shading.pipeline(&self.gpu, methods);
+        let edges = self.edges(methods);
+        self.shading
+            .set(&self.gpu, ShadingRecord::new(settings, &self.lighting));
         let samples = pixel_samples(settings.samples);
         let share = 1.0 / samples.len() as f32;
         let size = [picture.width, picture.height];
-        let largest = self.largest_tile.unwrap_or_else(|| self.tile_size(size));
+        let largest = self.largest_tile.unwrap_or_else(|| self.tile_size(size, edges));
         let equipment = match &mut studio.equipment {
             Some(kept) if kept.tile == largest => kept,
             other => other.insert(self.equip(largest)),
         };
         let pixels = u64::from(largest[0]) * u64::from(largest[1]);
-        let work = pixels.saturating_mul(self.edges.max(1));
+        let work = pixels.saturating_mul(edges);
         let at_once = (MOST_WORK / work).clamp(1, FRAMES as u64) as usize;
         let tiles = tiles(size, largest);
         let total = (tiles.len() * samples.len().div_ceil(at_once)) as u64;
@@ -285,7 +261,7 @@ impl GpuRenderer {
             stamps,
         );
         let groups = [
-            &self.lights_group,
+            &self.lighting.bind_group,
             &self.scene.bind_group,
             &equipment.sums.bind_group,
             &equipment.ids,
@@ -294,13 +270,23 @@ impl GpuRenderer {
         shading::encode(encoder, pipeline, groups, offset, tile.size, stamps);
     }
 
+    /// Edges that a pixel goes through, about.
+    fn edges(&self, methods: Methods) -> u64 {
+        let most = if methods.culls_lights() {
+            MOST_COUNTING_EDGES
+        } else {
+            u64::MAX
+        };
+        self.lighting.edges.clamp(1, most)
+    }
+
     /// Most pixels across and down that the device works on at once.
-    fn tile_size(&self, [width, height]: [u32; 2]) -> [u32; 2] {
+    fn tile_size(&self, [width, height]: [u32; 2], edges: u64) -> [u32; 2] {
         let adapter = self.gpu.adapter();
         let longest = LONGEST_SIDE.min(adapter.largest_texture_side);
         let most = MOST_PIXELS
             .min(adapter.largest_storage() / (3 * PIXEL))
-            .min(MOST_WORK / self.edges.max(1))
+            .min(MOST_WORK / edges)
             .max(64 * 64);
         // As square as it can be, so that few edges of the scene are in two tiles.
         let side = (most.isqrt() as u32).min(longest);
@@ -316,7 +302,7 @@ impl GpuRenderer {
             tile,
             ids: self.shading.ids(&self.gpu, &canvas.ids),
             canvas,
-            sums: self.shading.sums(&self.gpu, pixels),
+            sums: self.shading.sums(&self.gpu, &self.lighting, pixels),
             read: self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
                 label: Some("read pixels"),
                 size: 3 * pixels * PIXEL,
@@ -361,19 +347,4 @@ impl Tile {
             }
         }
     }
-}
-
-/// The lights that can be evaluated, and why the others light nothing.
-fn prepared(lights: &[EmissivePolygon]) -> (Vec<Light>, Vec<String>) {
-    let (lights, warnings) = prepared_lights(lights);
-    let lights = lights.into_iter().map(|light| Light {
-        polygon: light.polygon,
-        radiance: light.radiance,
-    });
-    (lights.collect(), warnings)
-}
-
-fn edges(lights: &[Light]) -> u64 {
-    let edges = |light: &Light| light.polygon.vertex_count() as u64;
-    lights.iter().map(edges).sum()
 }

@@ -2,12 +2,11 @@
 
 use std::ops::Range;
 
-use bytemuck::Pod;
 use glam::Vec3;
 
-use super::device::Gpu;
+use super::device::{Gpu, check_storage as check};
 use super::error::GpuError;
-use super::record::{MaterialRecord, MeshRecord, NONE, TextureRecord, TriangleRecord, textures};
+use super::record::{MaterialRecord, MeshRecord, NONE, TriangleRecord, textures};
 use super::texels;
 use crate::scene::{AlphaMode, Material, Mesh, Scene};
 
@@ -119,15 +118,14 @@ impl SceneBuffers {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let storage = Storage { gpu, limit };
         let buffers = [
-            storage.upload("triangles", &lists.triangles)?,
-            storage.upload("vertices", &lists.positions)?,
-            storage.upload("meshes", &lists.meshes)?,
-            storage.upload("vertex attributes", &lists.attributes)?,
-            storage.upload("materials", &materials)?,
-            storage.upload::<TextureRecord>("textures", &textures)?,
-            storage.upload("texels", &texels)?,
+            gpu.storage("triangles", &lists.triangles)?,
+            gpu.storage("vertices", &lists.positions)?,
+            gpu.storage("meshes", &lists.meshes)?,
+            gpu.storage("vertex attributes", &lists.attributes)?,
+            gpu.storage("materials", &materials)?,
+            gpu.storage("textures", &textures)?,
+            gpu.storage("texels", &texels)?,
         ];
         let mut entries = vec![wgpu::BindGroupEntry {
             binding: 0,
@@ -158,44 +156,6 @@ impl SceneBuffers {
             features: Features::new(&scene.materials),
         })
     }
-}
-
-/// Puts lists on the device.
-struct Storage<'a> {
-    gpu: &'a Gpu,
-    limit: u64,
-}
-
-impl Storage<'_> {
-    fn upload<T: Pod>(&self, what: &'static str, list: &[T]) -> Result<wgpu::Buffer, GpuError> {
-        check(what, list.len() as u64, size_of::<T>(), self.limit)?;
-        // A buffer of no bytes cannot be bound.
-        let least = [T::zeroed()];
-        let list = if list.is_empty() { &least } else { list };
-        let buffer = self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
-            label: Some(what),
-            size: size_of_val(list) as u64,
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        self.gpu
-            .queue()
-            .write_buffer(&buffer, 0, bytemuck::cast_slice(list));
-        Ok(buffer)
-    }
-}
-
-fn check(what: &'static str, count: u64, size: usize, limit: u64) -> Result<(), GpuError> {
-    let needed = count.saturating_mul(size as u64);
-    if needed > limit {
-        return Err(GpuError::TooMuch {
-            what,
-            count,
-            needed,
-            limit,
-        });
-    }
-    Ok(())
 }
 
 /// The lists of a scene's meshes.

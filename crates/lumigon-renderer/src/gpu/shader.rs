@@ -11,7 +11,9 @@ macro_rules! modules {
 }
 
 /// What the entry points import, beside the library and the lights' bindings.
-const MODULES: &[(&str, &str)] = modules!["frame", "geometry", "material", "surface", "texture"];
+const MODULES: &[(&str, &str)] = modules![
+    "frame", "geometry", "lobes", "material", "punctual", "surface", "texture",
+];
 
 pub(super) const VISIBILITY: &str = include_str!("shaders/visibility.wesl");
 pub(super) const SHADE: &str = include_str!("shaders/shade.wesl");

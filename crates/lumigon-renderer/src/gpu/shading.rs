@@ -2,24 +2,46 @@
 
 use std::sync::Mutex;
 
-use lumigon::{DiffuseMethod, SpecularMethod};
+use bytemuck::{Pod, Zeroable};
 
 use super::device::{Gpu, lock};
 use super::error::GpuError;
+use super::lighting::Lighting;
+use super::methods::{Methods, bias};
 use super::scene_buffers::Features;
 use super::shader::{SHADE, Shader, scene_constants};
+use crate::render::RenderSettings;
 
 /// Pixels along a side of the square that a workgroup lights.
 const WORKGROUP: u32 = 8;
 
-/// How light is computed: a pipeline for each.
-type Methods = (DiffuseMethod, SpecularMethod);
+/// `Shading` of `shade.wesl`, field by field.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct ShadingRecord {
+    light_bound: f32,
+    bias: f32,
+    punctual_count: u32,
+    share: f32,
+}
 
-/// The pipelines of a scene, one for each pair of methods that was asked for.
+impl ShadingRecord {
+    pub(super) fn new(settings: &RenderSettings, lighting: &Lighting) -> Self {
+        Self {
+            light_bound: settings.light_bound,
+            bias: bias(settings.diffuse),
+            punctual_count: lighting.punctual_count,
+            share: 1.0 / settings.samples as f32,
+        }
+    }
+}
+
+/// The pipelines of a scene, one for each choice of methods that was asked for.
 pub(super) struct Shading {
     shader: Shader,
     layout: wgpu::PipelineLayout,
     sums_layout: wgpu::BindGroupLayout,
+    uniform: wgpu::Buffer,
     ids_layout: wgpu::BindGroupLayout,
     features: Features,
     pipelines: Mutex<Vec<(Methods, wgpu::ComputePipeline)>>,
@@ -48,14 +70,23 @@ impl Shading {
             ty,
             count: None,
         };
-        let sum = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: false },
+        let buffer = |ty| wgpu::BindingType::Buffer {
+            ty,
             has_dynamic_offset: false,
             min_binding_size: None,
         };
+        let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+        let sum = buffer(wgpu::BufferBindingType::Storage { read_only: false });
         let sums_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("sums"),
-            entries: &[3, 4, 5].map(|binding| entry(binding, sum)),
+            entries: &[
+                entry(0, buffer(wgpu::BufferBindingType::Uniform)),
+                entry(1, read),
+                entry(2, read),
+                entry(3, sum),
+                entry(4, sum),
+                entry(5, sum),
+            ],
         });
         let ids = wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Uint,
@@ -80,6 +111,12 @@ impl Shading {
             shader: Shader::new(gpu, "shading", SHADE)?,
             layout,
             sums_layout,
+            uniform: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("shading"),
+                size: size_of::<ShadingRecord>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
             ids_layout,
             features,
             pipelines: Mutex::default(),
@@ -92,7 +129,9 @@ impl Shading {
         if let Some((_, pipeline)) = pipelines.iter().find(|(of, _)| *of == methods) {
             return pipeline.clone();
         }
-        let constants = self.shader.constants(&scene_constants(self.features));
+        let mut constants = Vec::from(scene_constants(self.features));
+        constants.extend(methods.constants());
+        let constants = self.shader.constants(&constants);
         let pipeline = gpu
             .device()
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -110,7 +149,13 @@ impl Shading {
         pipeline
     }
 
-    pub(super) fn sums(&self, gpu: &Gpu, pixels: u64) -> Sums {
+    /// What the next submissions are lit with.
+    pub(super) fn set(&self, gpu: &Gpu, record: ShadingRecord) {
+        gpu.queue()
+            .write_buffer(&self.uniform, 0, bytemuck::bytes_of(&record));
+    }
+
+    pub(super) fn sums(&self, gpu: &Gpu, lighting: &Lighting, pixels: u64) -> Sums {
         let parts = ["emitted", "diffuse", "specular"].map(|label| {
             gpu.device().create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -121,8 +166,9 @@ impl Shading {
                 mapped_at_creation: false,
             })
         });
-        let entries: Vec<_> = (3..)
-            .zip(&parts)
+        let inputs = [&self.uniform, &lighting.clusters, &lighting.punctual];
+        let entries: Vec<_> = (0..)
+            .zip(inputs.into_iter().chain(&parts))
             .map(|(binding, buffer)| wgpu::BindGroupEntry {
                 binding,
                 resource: buffer.as_entire_binding(),
