@@ -171,7 +171,9 @@ impl GpuRenderer {
         let samples = pixel_samples(settings.samples);
         let share = 1.0 / samples.len() as f32;
         let size = [picture.width, picture.height];
-        let largest = self.largest_tile.unwrap_or_else(|| self.tile_size(size, edges));
+        let largest = self
+            .largest_tile
+            .unwrap_or_else(|| self.tile_size(size, edges));
         let equipment = match &mut studio.equipment {
             Some(kept) if kept.tile == largest => kept,
             other => other.insert(self.equip(largest)),
