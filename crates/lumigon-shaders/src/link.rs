@@ -11,6 +11,7 @@ macro_rules! modules {
 /// Every module of the library: its name, and its text in WESL.
 pub const MODULES: &[(&str, &str)] = modules![
     "arctangent",
+    "bound",
     "clip",
     "irradiance",
     "ltc",

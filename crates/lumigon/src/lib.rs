@@ -9,6 +9,7 @@
 //! | [`light_vector`], [`light_vector_above`] | vector irradiance, whole and clipped |
 //! | [`solid_angle`], [`solid_angle_above`] | solid angle, whole and clipped |
 //! | [`ltc_form_factor`] | a fitted lobe's integral over the light: specular light, sheen |
+//! | [`irradiance_bound`], [`ltc_form_factor_bound`] | what these are at most |
 //!
 //! and the approximations that stand beside them: [`projected_area`], [`light_direction`],
 //! [`reflected_inclusion`]. [`DiffuseMethod`] and [`SpecularMethod`] name them as data.
@@ -37,6 +38,7 @@
 extern crate alloc;
 
 mod anisotropic_ltc;
+mod bound;
 mod charlie;
 mod clip;
 mod eon;
@@ -56,6 +58,7 @@ mod technique;
 mod vec3;
 
 pub use anisotropic_ltc::AnisotropicLtc;
+pub use bound::{irradiance_bound, ltc_form_factor_bound};
 pub use charlie::{MINIMUM_SHEEN_ALPHA, charlie_cosine};
 pub use eon::{
     eon_albedo, eon_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_albedo,

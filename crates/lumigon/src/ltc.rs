@@ -185,13 +185,19 @@ impl<T: Real> PreparedLtc<T> {
         self.rows
     }
 
+    /// The surface's unit normal in world space.
     #[inline(always)]
-    fn transform(&self, v: Vec3<T>) -> Vec3<T> {
+    pub(crate) fn normal(&self) -> Vec3<T> {
+        self.normal
+    }
+
+    #[inline(always)]
+    pub(crate) fn transform(&self, v: Vec3<T>) -> Vec3<T> {
         transformed(&self.rows, v)
     }
 
     #[inline(always)]
-    fn transform_normal(&self, v: Vec3<T>) -> Vec3<T> {
+    pub(crate) fn transform_normal(&self, v: Vec3<T>) -> Vec3<T> {
         transformed(&self.cofactors, v)
     }
 }

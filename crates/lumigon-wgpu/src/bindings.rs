@@ -1,0 +1,87 @@
+//! The bind group that shaders read lights and tables from, and the shaders' text.
+
+use lumigon_shaders::LinkError;
+
+use crate::light_buffers::LightBuffers;
+use crate::tables::Tables;
+
+/// The modules of the bindings, in WESL: their names, and their texts. For
+/// [`lumigon_shaders::link`], whose root may then import from `package::lights` and
+/// `package::tables`.
+pub const MODULES: &[(&str, &str)] = &[
+    ("lights", include_str!("../shaders/lights.wesl")),
+    ("tables", include_str!("../shaders/tables.wesl")),
+];
+
+/// The layout of the bind group.
+///
+/// | binding | shaders' name | what |
+/// | --- | --- | --- |
+/// | 0 | `lights` | read-only storage: a count, then [`LightRecord`](crate::LightRecord)s from byte 16 |
+/// | 1 | `light_vertices` | read-only storage: [`VertexRecord`](crate::VertexRecord)s |
+/// | 2 | `ltc_tables` | 2D array texture, not filtered: [`Tables::isotropic`] |
+/// | 3 | `anisotropic_ltc_table` | 3D texture, not filtered: [`Tables::anisotropic`] |
+#[must_use]
+pub fn bind_group_layout(
+    device: &wgpu::Device,
+    visibility: wgpu::ShaderStages,
+) -> wgpu::BindGroupLayout {
+    let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty,
+        count: None,
+    };
+    let storage = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Storage { read_only: true },
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    let texture = |view_dimension| wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+        view_dimension,
+        multisampled: false,
+    };
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("polygon lights"),
+        entries: &[
+            entry(0, storage),
+            entry(1, storage),
+            entry(2, texture(wgpu::TextureViewDimension::D2Array)),
+            entry(3, texture(wgpu::TextureViewDimension::D3)),
+        ],
+    })
+}
+
+/// The bind group; to be made anew when [`LightBuffers::write`] says so.
+#[must_use]
+pub fn bind_group(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    lights: &LightBuffers,
+    tables: &Tables,
+) -> wgpu::BindGroup {
+    let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: Some("polygon lights"),
+        layout,
+        entries: &[
+            entry(0, lights.lights().as_entire_binding()),
+            entry(1, lights.vertices().as_entire_binding()),
+            entry(2, wgpu::BindingResource::TextureView(tables.isotropic())),
+            entry(3, wgpu::BindingResource::TextureView(tables.anisotropic())),
+        ],
+    })
+}
+
+/// WGSL to put before a shader of yours: the bindings in bind group `group`, and every function over
+/// them: `irradiance_from(light, point, normal)`, `ltc_form_factor_from(light, point, lobe)`,
+/// `lookup_ggx(perceptual_roughness, cos_view)` and their like, with the library that they call.
+///
+/// # Errors
+/// Where the library is broken, which a test rules out.
+pub fn wgsl(group: u32) -> Result<String, LinkError> {
+    let root: String = MODULES.iter().map(|(_, text)| *text).collect();
+    let text = lumigon_shaders::link(&root, &[], &[])?;
+    Ok(text.replace("@group(0)", &format!("@group({group})")))
+}
