@@ -5,4 +5,4 @@
 
 mod link;
 
-pub use link::{LinkError, MODULES, link};
+pub use link::{LinkError, MODULES, library, link};
