@@ -6,7 +6,7 @@ use crate::Failure;
 
 /// A pipeline of the entry point `main`.
 ///
-/// `bindings` are those of group 0; a constant is an `override` of the shader.
+/// `layouts` are those of its bind groups; a constant is an `override` of the shader.
 ///
 /// # Errors
 /// Where the shader does not link or the device does not take it.
@@ -16,7 +16,7 @@ pub(super) fn pipeline(
     root: &str,
     modules: &[(&str, &str)],
     constants: &[(&str, f64)],
-    layout: &wgpu::BindGroupLayout,
+    layouts: &[&wgpu::BindGroupLayout],
 ) -> Result<wgpu::ComputePipeline, Failure> {
     let text = lumigon_shaders::link(root, modules, &[])?;
     let scopes = [
@@ -31,7 +31,10 @@ pub(super) fn pipeline(
     });
     let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(label),
-        bind_group_layouts: &[Some(layout)],
+        bind_group_layouts: &layouts
+            .iter()
+            .map(|&layout| Some(layout))
+            .collect::<Vec<_>>(),
         ..Default::default()
     });
     let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -91,14 +94,17 @@ pub(super) fn bind(
     layout: &wgpu::BindGroupLayout,
     resources: &[wgpu::BindingResource<'_>],
 ) -> wgpu::BindGroup {
-    let entry = |(binding, resource): (usize, &wgpu::BindingResource<'_>)| wgpu::BindGroupEntry {
-        binding: binding as u32,
-        resource: resource.clone(),
-    };
     device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout,
-        entries: &resources.iter().enumerate().map(entry).collect::<Vec<_>>(),
+        entries: &resources
+            .iter()
+            .enumerate()
+            .map(|(binding, resource)| wgpu::BindGroupEntry {
+                binding: binding as u32,
+                resource: resource.clone(),
+            })
+            .collect::<Vec<_>>(),
     })
 }
 

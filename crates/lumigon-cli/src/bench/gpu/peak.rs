@@ -54,7 +54,7 @@ pub(super) fn multiply_adds_per_second(
             include_str!("../shaders/multiply_add.wesl"),
             &[],
             &[("FUSED", fused)],
-            &layout,
+            &[&layout],
         )?;
         let mut rounds = 1;
         loop {
@@ -117,7 +117,7 @@ pub(super) fn bytes_per_second(timer: &Timer<'_>, is_cpu: bool) -> Result<f64, F
         include_str!("../shaders/copy.wesl"),
         &[],
         &[],
-        &layout,
+        &[&layout],
     )?;
     let group = bind(
         device,
