@@ -214,6 +214,7 @@ impl Render {
                 samples,
                 diffuse,
                 specular,
+                ..RenderSettings::default()
             };
             renderer.render(camera, &settings, watch)
         };

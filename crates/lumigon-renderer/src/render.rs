@@ -21,6 +21,10 @@ pub struct RenderSettings {
     /// How specular light is computed. [`LtcLobes::Two`](lumigon::LtcLobes::Two) holds for isotropic
     /// GGX, coats included: anisotropic surfaces, sheens and rough diffuse ones keep their one lobe.
     pub specular: SpecularMethod,
+    /// Radiance, at least 0: lights that add less than this to a pixel may be left out, each of
+    /// them, where diffuse light is exact and specular light, if any, by LTC. 0 leaves out none, and
+    /// the CPU never does.
+    pub light_bound: f32,
 }
 
 impl Default for RenderSettings {
@@ -31,6 +35,7 @@ impl Default for RenderSettings {
             samples: 4,
             diffuse: DiffuseMethod::default(),
             specular: SpecularMethod::default(),
+            light_bound: 0.0,
         }
     }
 }

@@ -5,4 +5,4 @@
 
 mod link;
 
-pub use link::{LinkError, MODULES, library, link};
+pub use link::{LinkError, MODULES, library, library_with, link};

@@ -13,12 +13,20 @@ pub const MODULES: &[(&str, &str)] = modules![
     "anisotropic_ltc",
     "arctangent",
     "bound",
+    "charlie",
     "clip",
+    "eon",
     "ggx",
+    "ggx_polynomial",
     "irradiance",
+    "light_direction",
     "ltc",
     "ltc_table",
     "polygon",
+    "projected_area",
+    "pyramid",
+    "reflection",
+    "solid_angle",
     "vector",
 ];
 
@@ -29,8 +37,18 @@ pub const MODULES: &[(&str, &str)] = modules![
 /// # Errors
 /// Where a module of the library has an import that is not closed by a semicolon.
 pub fn library() -> Result<String, LinkError> {
+    library_with(&[])
+}
+
+/// [`library`] and more modules (name and text in WESL) that import from it or from each other as
+/// `import package::irradiance::irradiance;`. Their names must differ from the library's.
+///
+/// # Errors
+/// Where a module has an import that is not closed by a semicolon.
+pub fn library_with(modules: &[(&str, &str)]) -> Result<String, LinkError> {
     let texts = MODULES
         .iter()
+        .chain(modules)
         .map(|(name, text)| without_imports(name, text))
         .collect::<Result<Vec<_>, _>>()?;
     Ok(texts.join("\n"))
@@ -67,7 +85,7 @@ fn without_imports(name: &str, text: &str) -> Result<String, LinkError> {
 pub struct LinkError(String);
 
 /// The WGSL of a `root` module in WESL with what it imports: from the library as
-/// `import lumigon::irradiance::irradiance;`, from `modules` (name and text) likewise.
+/// `import package::irradiance::irradiance;`, from `modules` (name and text) likewise.
 ///
 /// Names stay as they are, so they must differ from the library's. `conditions` are the values of
 /// `@if`; what they leave out, and what nothing uses, is not in the result.

@@ -79,9 +79,8 @@ pub fn bind_group(
 /// `lookup_ggx(perceptual_roughness, cos_view)` and their like, with the library that they call.
 ///
 /// # Errors
-/// Where the library is broken, which a test rules out.
+/// Where the library is broken, which the example rules out.
 pub fn wgsl(group: u32) -> Result<String, LinkError> {
-    let root: String = MODULES.iter().map(|(_, text)| *text).collect();
-    let text = lumigon_shaders::link(&root, &[], &[])?;
+    let text = lumigon_shaders::library_with(MODULES)?;
     Ok(text.replace("@group(0)", &format!("@group({group})")))
 }

@@ -21,14 +21,6 @@ pub struct Tables {
     format: TableFormat,
 }
 
-/// First layers of the isotropic tables in their texture, as the shaders have them.
-pub(crate) const FIRST_LAYERS: [(&str, u32); 4] = [
-    ("GGX_LAYER", 0),
-    ("GGX_TWO_LAYER", 2),
-    ("CHARLIE_LAYER", 5),
-    ("EON_LAYER", 7),
-];
-
 impl Tables {
     /// Uploads them.
     #[must_use]
@@ -38,7 +30,12 @@ impl Tables {
         let size = ggx.size();
         debug_assert!([ggx_two.size(), charlie.size(), eon.size()] == [size; 3]);
         let mut layers = Vec::new();
-        for texels in [ggx.texels(), ggx_two.texels(), charlie.texels(), eon.texels()] {
+        for texels in [
+            ggx.texels(),
+            ggx_two.texels(),
+            charlie.texels(),
+            eon.texels(),
+        ] {
             let channels = texels.len() / (size * size);
             layers.extend(parts(texels, channels));
         }

@@ -43,8 +43,7 @@ pub fn ltc_form_factor_bound<T: Real>(
     // In cosine space the light is another polygon: no vertex farther than 1 from its centre, the
     // area grown with the normal.
     let center = lobe.transform(seen.center);
-    let visible =
-        seen.lit & lobe.normal().dot(seen.center).gt(-one) & center.z.gt(-one);
+    let visible = seen.lit & lobe.normal().dot(seen.center).gt(-one) & center.z.gt(-one);
     if !visible.any() {
         return zero;
     }
@@ -103,7 +102,11 @@ mod tests {
         };
         let mut loosest = 0.0_f64;
         for i in 0..4_000 {
-            let sides = if i % 2 == 0 { Sides::Front } else { Sides::Both };
+            let sides = if i % 2 == 0 {
+                Sides::Front
+            } else {
+                Sides::Both
+            };
             let light = PolygonLight::new(&[&outline], sides).unwrap();
             let distance = libm::exp(f64::from(i % 100) * 0.09 - 2.0);
             let point = unit() * distance;
@@ -118,7 +121,9 @@ mod tests {
             let view = unit();
             let view = if normal.dot(view) < 0.0 { -view } else { view };
             let perceptual_roughness = (i % 17) as f32 / 16.0;
-            let ltc = table.lookup(perceptual_roughness, normal.dot(view) as f32).lobes[0];
+            let ltc = table
+                .lookup(perceptual_roughness, normal.dot(view) as f32)
+                .lobes[0];
             let ltc = crate::Ltc {
                 shading_to_cosine: ltc.shading_to_cosine.map(f64::from),
                 amplitude: 1.0,

@@ -53,6 +53,7 @@ pub(super) fn measure(interrupt: &Interrupt) -> Result<Vec<QuadFigures>, Failure
                     samples: 1,
                     diffuse,
                     specular,
+                    ..RenderSettings::default()
                 };
                 milliseconds.push((*count, frame(scene, &settings, interrupt)? * 1e3));
             }

@@ -159,6 +159,7 @@ impl Session<'_> {
             samples: self.command.samples,
             diffuse,
             specular,
+            ..RenderSettings::default()
         }
     }
 
