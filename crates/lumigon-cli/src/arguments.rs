@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{Failure, bench, compare, completions, eval, fit, man, render, scene};
+use crate::{Failure, bench, compare, completions, eval, fit, gpu, man, render, scene};
 
 /// Light from polygons: any planar polygon lights a scene exactly, without noise
 #[derive(Debug, Parser)]
@@ -26,6 +26,7 @@ pub enum Command {
     Scene(scene::SceneCommand),
     Fit(fit::Fit),
     Bench(bench::Bench),
+    Gpu(gpu::GpuCommand),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -48,6 +49,7 @@ impl Arguments {
             Command::Scene(command) => command.run(),
             Command::Fit(command) => command.run(),
             Command::Bench(command) => command.run(),
+            Command::Gpu(command) => command.run(),
             Command::Completions(command) => command.run(),
             Command::Man(command) => command.run(),
         }
