@@ -25,8 +25,15 @@ const MOST_REPETITIONS: u32 = 200;
 
 const GROUP: u32 = 8;
 
+/// Of more lights, so many are added at a time: the drivers of software GPUs end all loops of an
+/// invocation after 65,535 rounds together, and a single band of few pixels is to be short too.
+const LIGHTS_AT_ONCE: usize = 1024;
+
 /// Bytes of a uniform at a dynamic offset, on any device.
 const BAND_STRIDE: usize = 256;
+
+/// Bytes of the shaders' `Band`.
+const BAND_BYTES: u64 = 20;
 
 /// Which functions light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -258,13 +265,16 @@ impl<'a> Stage<'a> {
         let rows = frame.height.div_ceil(bands).next_multiple_of(GROUP);
         let (group, offsets) = self.bind(frame, lights, count, rows);
         let mut seconds = 0.0;
-        for offset in offsets {
+        for offsets in offsets {
             seconds += self.timer.seconds(&mut |pass| {
                 pass.set_pipeline(&kernel.pipeline);
                 pass.set_bind_group(0, &lights.group, &[]);
-                pass.set_bind_group(1, &group, &[offset]);
                 for _ in 0..repetitions {
-                    pass.dispatch_workgroups(frame.width.div_ceil(GROUP), rows.div_ceil(GROUP), 1);
+                    for &offset in &offsets {
+                        pass.set_bind_group(1, &group, &[offset]);
+                        let columns = frame.width.div_ceil(GROUP);
+                        pass.dispatch_workgroups(columns, rows.div_ceil(GROUP), 1);
+                    }
                 }
             })?;
         }
@@ -278,28 +288,40 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// A bind group of bands of `rows`, and the bands' offsets.
+    /// A bind group of bands of `rows`, and the bands' offsets: for each band of rows those of all
+    /// lights, a part at a time.
     fn bind(
         &self,
         frame: &Frame,
         lights: &LightGroup,
         count: usize,
         rows: u32,
-    ) -> (wgpu::BindGroup, Vec<u32>) {
+    ) -> (wgpu::BindGroup, Vec<Vec<u32>>) {
         let device = self.timer.device;
         let mut settings: Vec<u32> = Vec::new();
         let mut offsets = Vec::new();
         for first in (0..frame.height).step_by(rows as usize) {
-            offsets.push(size_of_val(&*settings) as u32);
             let end = (first + rows).min(frame.height);
-            settings.extend([frame.width, first, end, count as u32]);
-            settings.resize(settings.len().next_multiple_of(BAND_STRIDE / 4), 0);
+            let mut parts = Vec::new();
+            for first_light in (0..count).step_by(LIGHTS_AT_ONCE) {
+                parts.push(size_of_val(&*settings) as u32);
+                let end_light = (first_light + LIGHTS_AT_ONCE).min(count);
+                settings.extend([
+                    frame.width,
+                    first,
+                    end,
+                    first_light as u32,
+                    end_light as u32,
+                ]);
+                settings.resize(settings.len().next_multiple_of(BAND_STRIDE / 4), 0);
+            }
+            offsets.push(parts);
         }
         let settings = filled(device, "bands", &settings);
         let band = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: &settings,
             offset: 0,
-            size: wgpu::BufferSize::new(16),
+            size: wgpu::BufferSize::new(BAND_BYTES),
         });
         let group = bind(
             device,
@@ -326,5 +348,39 @@ impl<'a> Stage<'a> {
         let numbers: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&bytes);
         let green = numbers.iter().map(|rgba| f64::from(rgba[1])).collect();
         Ok((pixels(frame.width, frame.height), green))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use lumigon_renderer::{Gpu, GpuPreference};
+
+    use super::*;
+    use crate::bench::gpu::workload::{Lights, lights, truth};
+
+    const MEND: &str = "install a Vulkan driver, such as Debian's mesa-vulkan-drivers";
+
+    /// Whatever is timed must be the light of all lights on all pixels.
+    #[test]
+    fn bands_and_parts_make_one_frame() {
+        let gpu = Gpu::new(GpuPreference::Any).expect(MEND);
+        let timer = Timer::new(gpu.device(), gpu.queue()).unwrap();
+        let interrupt = Interrupt::never();
+        let mut stage = Stage::new(&timer, &interrupt, 1.0);
+        let kernel = stage.kernel(Method::Exact, 0, Shading::Diffuse).unwrap();
+        let count = 2 * LIGHTS_AT_ONCE + 1;
+        let list = lights(count, 10, Lights::Mixed);
+        let group = stage.lights(&list).unwrap();
+        let (surfaces, whole) = stage.small_frame(&kernel, &group).unwrap();
+        let exact = truth(&surfaces[..20], &list, Shading::Diffuse);
+        for (found, exact) in whole.iter().zip(&exact) {
+            assert!((found - exact).abs() < 2e-5 * exact, "{found} {exact}");
+        }
+        let in_bands = 3.0 * BAND_SECONDS;
+        stage.once(&kernel, &group, count, 0, in_bands, 2).unwrap();
+        let bytes = timer.read(&stage.frames[0].output).unwrap();
+        let numbers: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+        let in_bands = numbers.iter().map(|rgba| f64::from(rgba[1]));
+        assert!(in_bands.eq(whole));
     }
 }
