@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{Failure, bench, compare, completions, eval, fit, man, render, scene, shaders};
+use crate::{Failure, bench, compare, completions, eval, fit, gpu, man, render, scene, shaders};
 
 /// Light from polygons: any planar polygon lights a scene exactly, without noise
 #[derive(Debug, Parser)]
@@ -27,6 +27,7 @@ pub enum Command {
     Fit(fit::Fit),
     Shaders(shaders::Shaders),
     Bench(bench::Bench),
+    Gpu(gpu::GpuCommand),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -50,6 +51,7 @@ impl Arguments {
             Command::Fit(command) => command.run(),
             Command::Shaders(command) => command.run(),
             Command::Bench(command) => command.run(),
+            Command::Gpu(command) => command.run(),
             Command::Completions(command) => command.run(),
             Command::Man(command) => command.run(),
         }

@@ -11,6 +11,7 @@ mod completions;
 mod eval;
 mod failure;
 mod fit;
+mod gpu;
 mod interrupt;
 mod man;
 mod method;
