@@ -4,11 +4,16 @@
 //! a backend turns the scene into an image.
 
 mod cpu;
+mod gpu;
 mod picture;
 mod render;
 mod scene;
+mod shading_light;
 
 pub use cpu::CpuRenderer;
+pub use gpu::{
+    AdapterDescription, AdapterKind, Gpu, GpuError, GpuPreference, GpuRenderer, GpuTimings,
+};
 pub use picture::{
     PictureError, PictureFormat, ToneMap, check_writable, srgb8, write_exr, write_png,
 };

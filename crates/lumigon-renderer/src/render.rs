@@ -158,4 +158,7 @@ pub enum RenderError {
     /// [`Watch::cancelled`] was set.
     #[error("interrupted")]
     Cancelled,
+    /// The GPU failed.
+    #[error(transparent)]
+    Gpu(#[from] crate::GpuError),
 }

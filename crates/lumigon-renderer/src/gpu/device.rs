@@ -1,0 +1,363 @@
+//! A GPU that is ready to work, and how it fails.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use bytemuck::Pod;
+use pollster::FutureExt;
+
+use super::{AdapterDescription, GpuError, GpuPreference};
+
+/// How long the device may work on one submission. A driver that hangs is otherwise waited for
+/// without end; a software one is slow.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+/// How often a wait looks whether it was cancelled or the device lost.
+const GLANCE: Duration = Duration::from_millis(50);
+
+/// A device and its queue. Clones share them.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    adapter: AdapterDescription,
+    faults: Arc<Faults>,
+}
+
+/// What the device reported outside of any call.
+#[derive(Debug, Default)]
+struct Faults {
+    /// It stays lost.
+    lost: Mutex<Option<String>>,
+    /// Told once.
+    uncaught: Mutex<Option<String>>,
+}
+
+/// What ended a wait.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Waited {
+    Done,
+    Cancelled,
+}
+
+impl Gpu {
+    /// The most capable adapter that will do, with all of its limits.
+    ///
+    /// # Errors
+    /// Where there is none, or none that gives a device.
+    pub fn new(preference: GpuPreference) -> Result<Self, GpuError> {
+        let mut fault = None;
+        let mut software = false;
+        for (adapter, description) in adapters() {
+            if preference == GpuPreference::Hardware && description.is_software() {
+                software = true;
+                continue;
+            }
+            match Self::open(&adapter, description) {
+                Ok(gpu) => return Ok(gpu),
+                // The best adapter's reason.
+                Err(reason) => _ = fault.get_or_insert(reason),
+            }
+        }
+        Err(fault.unwrap_or(GpuError::NoAdapter {
+            preference,
+            software,
+        }))
+    }
+
+    /// Every adapter of this machine, the most capable first.
+    #[must_use]
+    pub fn adapters() -> Vec<AdapterDescription> {
+        adapters().into_iter().map(|(_, d)| d).collect()
+    }
+
+    /// What it runs on.
+    #[must_use]
+    pub fn adapter(&self) -> &AdapterDescription {
+        &self.adapter
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn device(&self) -> &wgpu::Device {
+        &self.device
+    }
+
+    /// The device's queue.
+    #[must_use]
+    pub fn queue(&self) -> &wgpu::Queue {
+        &self.queue
+    }
+
+    fn open(adapter: &wgpu::Adapter, description: AdapterDescription) -> Result<Self, GpuError> {
+        let wanted = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::SHADER_F16
+            | wgpu::Features::FLOAT32_FILTERABLE
+            | wgpu::Features::SUBGROUP;
+        let asked = adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("lumigon"),
+            required_features: adapter.features() & wanted,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        });
+        let (device, queue) = asked.block_on().map_err(|fault| GpuError::NoDevice {
+            adapter: description.name.clone(),
+            reason: fault.to_string(),
+        })?;
+        let faults = Arc::new(Faults::default());
+        let heard = Arc::clone(&faults);
+        device.set_device_lost_callback(move |_, reason| set(&heard.lost, reason));
+        let heard = Arc::clone(&faults);
+        device.on_uncaptured_error(Arc::new(move |fault: wgpu::Error| {
+            set(&heard.uncaught, fault.to_string());
+        }));
+        Ok(Self {
+            device,
+            queue,
+            adapter: description,
+            faults,
+        })
+    }
+
+    /// Whether the device is still there and nothing went wrong unheard.
+    pub(super) fn check(&self) -> Result<(), GpuError> {
+        if let Some(reason) = &*lock(&self.faults.lost) {
+            let reason = reason.clone();
+            return Err(GpuError::Lost { reason });
+        }
+        match lock(&self.faults.uncaught).take() {
+            Some(reason) => Err(GpuError::Refused {
+                what: "its work",
+                reason,
+            }),
+            None => Ok(()),
+        }
+    }
+
+    /// Runs what asks the device for `what`, and returns its faults as errors.
+    pub(super) fn guarded<T>(
+        &self,
+        what: &'static str,
+        work: impl FnOnce() -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
+        self.check()?;
+        let filters = [
+            wgpu::ErrorFilter::Validation,
+            wgpu::ErrorFilter::Internal,
+            wgpu::ErrorFilter::OutOfMemory,
+        ];
+        let mut scopes = Vec::from(filters.map(|filter| self.device.push_error_scope(filter)));
+        let result = work();
+        let mut fault = None;
+        // The last one pushed comes first.
+        while let Some(scope) = scopes.pop() {
+            let caught = scope.pop().block_on();
+            fault = fault.or(caught);
+        }
+        // A lost device lets everything fail: that is the reason to name.
+        self.check()?;
+        let value = result?;
+        match fault {
+            None => Ok(value),
+            Some(wgpu::Error::OutOfMemory { .. }) => Err(GpuError::OutOfMemory { what }),
+            Some(fault) => Err(GpuError::Refused {
+                what,
+                reason: fault.to_string(),
+            }),
+        }
+    }
+
+    /// Waits until the device has done a submission, or `cancelled` says so.
+    pub(super) fn wait(
+        &self,
+        submission: &wgpu::SubmissionIndex,
+        cancelled: impl Fn() -> bool,
+    ) -> Result<Waited, GpuError> {
+        let start = Instant::now();
+        loop {
+            let polled = self.device.poll(wgpu::PollType::Wait {
+                submission_index: Some(submission.clone()),
+                timeout: Some(GLANCE),
+            });
+            self.check()?;
+            match polled {
+                Ok(_) => return Ok(Waited::Done),
+                Err(wgpu::PollError::Timeout) => {}
+                Err(fault) => {
+                    // A destroyed device takes no submission, and tells so in the next poll.
+                    _ = self.device.poll(wgpu::PollType::Poll);
+                    self.check()?;
+                    return Err(GpuError::Refused {
+                        what: "to be waited for",
+                        reason: fault.to_string(),
+                    });
+                }
+            }
+            if cancelled() {
+                return Ok(Waited::Cancelled);
+            }
+            if start.elapsed() > PATIENCE {
+                return Err(GpuError::NoAnswer {
+                    seconds: PATIENCE.as_secs(),
+                });
+            }
+        }
+    }
+
+    /// Waits as [`Gpu::wait`], then gives `each` the bytes of each slice.
+    pub(super) fn read(
+        &self,
+        submission: &wgpu::SubmissionIndex,
+        slices: &[wgpu::BufferSlice<'_>],
+        cancelled: impl Fn() -> bool,
+        mut each: impl FnMut(usize, &[u8]),
+    ) -> Result<Waited, GpuError> {
+        for slice in slices {
+            // Where mapping fails, so does reading below.
+            slice.map_async(wgpu::MapMode::Read, |_| {});
+        }
+        let mut result = self.wait(submission, cancelled);
+        if matches!(result, Ok(Waited::Done)) {
+            for (i, slice) in slices.iter().enumerate() {
+                match slice.get_mapped_range() {
+                    Ok(view) => each(i, &view),
+                    Err(fault) => {
+                        result = Err(GpuError::Refused {
+                            what: "to be read",
+                            reason: fault.to_string(),
+                        });
+                    }
+                }
+            }
+        }
+        for slice in slices {
+            slice.buffer().unmap();
+        }
+        result
+    }
+}
+
+impl Gpu {
+    /// A storage buffer of a list; `what` it is of.
+    pub(super) fn storage<T: Pod>(
+        &self,
+        what: &'static str,
+        list: &[T],
+    ) -> Result<wgpu::Buffer, GpuError> {
+        let limit = self.adapter.largest_storage();
+        check_storage(what, list.len() as u64, size_of::<T>(), limit)?;
+        // A buffer of no bytes cannot be bound.
+        let least = [T::zeroed()];
+        let list = if list.is_empty() { &least } else { list };
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(what),
+            size: size_of_val(list) as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue
+            .write_buffer(&buffer, 0, bytemuck::cast_slice(list));
+        Ok(buffer)
+    }
+}
+
+/// Whether a list of `count` fits a buffer of `limit` bytes.
+pub(super) fn check_storage(
+    what: &'static str,
+    count: u64,
+    size: usize,
+    limit: u64,
+) -> Result<(), GpuError> {
+    let needed = count.saturating_mul(size as u64);
+    if needed > limit {
+        return Err(GpuError::TooMuch {
+            what,
+            count,
+            needed,
+            limit,
+        });
+    }
+    Ok(())
+}
+
+/// Every adapter, discrete GPUs first and software last.
+fn adapters() -> Vec<(wgpu::Adapter, AdapterDescription)> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let found = instance
+        .enumerate_adapters(wgpu::Backends::PRIMARY)
+        .block_on();
+    let mut adapters: Vec<_> = found
+        .into_iter()
+        .map(|adapter| {
+            let description = AdapterDescription::new(&adapter);
+            (adapter, description)
+        })
+        .collect();
+    adapters.sort_by_key(|(_, description)| description.kind);
+    adapters
+}
+
+fn set(place: &Mutex<Option<String>>, reason: String) {
+    lock(place).get_or_insert(reason);
+}
+
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lost_device_is_an_error_and_stays_one() {
+        let gpu = Gpu::new(GpuPreference::Any).unwrap();
+        gpu.check().unwrap();
+        gpu.device.destroy();
+        let submission = gpu.queue.submit([]);
+        for _ in 0..2 {
+            let fault = gpu.wait(&submission, || false).unwrap_err();
+            assert!(matches!(fault, GpuError::Lost { .. }), "{fault}");
+        }
+        let fault = gpu.guarded("a buffer", || Ok(())).unwrap_err();
+        assert!(matches!(fault, GpuError::Lost { .. }), "{fault}");
+    }
+
+    #[test]
+    fn faults_come_back_as_errors() {
+        let gpu = Gpu::new(GpuPreference::Any).unwrap();
+        let too_large = gpu.device.limits().max_buffer_size + 4;
+        let buffer = |size| wgpu::BufferDescriptor {
+            label: None,
+            size,
+            usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        };
+        let fault = gpu
+            .guarded("a buffer", || {
+                Ok(gpu.device.create_buffer(&buffer(too_large)))
+            })
+            .unwrap_err();
+        assert!(
+            matches!(
+                fault,
+                GpuError::Refused {
+                    what: "a buffer",
+                    ..
+                }
+            ),
+            "{fault}"
+        );
+        gpu.guarded("a buffer", || Ok(gpu.device.create_buffer(&buffer(4))))
+            .unwrap();
+    }
+
+    #[test]
+    fn hardware_is_never_software() {
+        match Gpu::new(GpuPreference::Hardware) {
+            Ok(gpu) => assert!(!gpu.adapter().is_software()),
+            Err(fault) => assert!(matches!(fault, GpuError::NoAdapter { .. }), "{fault}"),
+        }
+        assert!(!Gpu::adapters().is_empty(), "install mesa-vulkan-drivers");
+    }
+}

@@ -1,0 +1,21 @@
+//! The GPU backend: triangles rastered to ids, surfaces and lights in compute.
+
+mod adapter;
+mod clock;
+mod device;
+mod error;
+mod frame;
+mod lighting;
+mod methods;
+mod record;
+mod renderer;
+mod scene_buffers;
+mod shader;
+mod shading;
+mod texels;
+mod visibility;
+
+pub use adapter::{AdapterDescription, AdapterKind, GpuPreference};
+pub use device::Gpu;
+pub use error::GpuError;
+pub use renderer::{GpuRenderer, GpuTimings};
