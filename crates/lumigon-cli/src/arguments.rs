@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{Failure, bench, compare, completions, eval, fit, man, render, scene};
+use crate::{Failure, bench, compare, completions, eval, fit, gpu, man, render, scene, shaders};
 
 /// Light from polygons: any planar polygon lights a scene exactly, without noise
 #[derive(Debug, Parser)]
@@ -25,7 +25,9 @@ pub enum Command {
     Eval(eval::Eval),
     Scene(scene::SceneCommand),
     Fit(fit::Fit),
+    Shaders(shaders::Shaders),
     Bench(bench::Bench),
+    Gpu(gpu::GpuCommand),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -47,7 +49,9 @@ impl Arguments {
             Command::Eval(command) => command.run(),
             Command::Scene(command) => command.run(),
             Command::Fit(command) => command.run(),
+            Command::Shaders(command) => command.run(),
             Command::Bench(command) => command.run(),
+            Command::Gpu(command) => command.run(),
             Command::Completions(command) => command.run(),
             Command::Man(command) => command.run(),
         }

@@ -31,6 +31,14 @@ impl Interrupt {
         Ok(Self { state })
     }
 
+    /// One that no Ctrl-C reaches, for tests: the process has but one that it does.
+    #[cfg(test)]
+    pub(crate) fn never() -> Self {
+        Self {
+            state: Arc::default(),
+        }
+    }
+
     /// Whoever calls this promises to look at the flag often.
     pub(crate) fn watch(&self) {
         self.state.watched.store(true, Ordering::SeqCst);

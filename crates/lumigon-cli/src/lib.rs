@@ -11,6 +11,7 @@ mod completions;
 mod eval;
 mod failure;
 mod fit;
+mod gpu;
 mod interrupt;
 mod man;
 mod method;
@@ -18,6 +19,7 @@ mod progress;
 mod render;
 mod report_folder;
 mod scene;
+mod shaders;
 mod size;
 
 pub use arguments::{Arguments, Command};

@@ -7,12 +7,13 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use lumigon::{DiffuseMethod, LtcLobes, SpecularMethod};
 use lumigon_renderer::{
-    Camera, CpuRenderer, PictureFormat, Pixels, ReferenceSettings, RenderError, RenderSettings,
-    Scene, ToneMap, Watch, check_writable, write_exr, write_png,
+    Camera, PictureFormat, Pixels, ReferenceSettings, RenderError, RenderSettings, Scene, ToneMap,
+    Watch, check_writable, write_exr, write_png,
 };
 
 use crate::Failure;
 use crate::camera::choose_camera;
+use crate::gpu::{Backend, BackendChoice};
 use crate::interrupt::Interrupt;
 use crate::method::{Basis, Diffuse, Inclusion, Occlusion, Specular};
 use crate::progress::Progress;
@@ -22,12 +23,14 @@ use crate::size::Size;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Without --reference the picture is computed in closed form: exact, without noise and without
-shadows. With it the same pixels are path traced.
+shadows, on a GPU where there is one (`lumigon gpu info`). With it the same pixels are path traced,
+always on the CPU.
 
 Examples:
   lumigon render scene.glb -o scene.png
   lumigon render scene.glb -o scene.exr --size 1920x1080 --samples 16
   lumigon render scene.glb -o area.png --diffuse projected-area --basis weighted --specular none
+  lumigon render scene.glb -o scene.png --backend cpu
   lumigon render scene.glb -o truth.exr --reference --spp 1024 --bounces 3")]
 pub struct Render {
     /// glTF file, .gltf or .glb
@@ -85,6 +88,13 @@ struct Method {
     /// How specular light is computed [default: ltc]
     #[arg(long, value_enum, conflicts_with = "reference", value_name = "METHOD")]
     specular: Option<Specular>,
+    /// What computes
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
+    backend: BackendChoice,
+    /// Leave out lights that add less than this radiance to a pixel, each of them; GPUs alone do
+    /// so, and only for --diffuse exact and --specular ltc, ltc-2 or none [default: 0, none]
+    #[arg(long, value_name = "RADIANCE", conflicts_with = "reference", value_parser = light_bound)]
+    light_bound: Option<f32>,
     /// What --specular reflected takes for inside [default: crossing-number]
     #[arg(long, value_enum, value_name = "RULE", requires = "specular")]
     inclusion: Option<Inclusion>,
@@ -131,6 +141,14 @@ fn tone_map() -> impl TypedValueParser<Value = ToneMap> {
         .try_map(|name| name.parse::<ToneMap>())
 }
 
+/// A bound of [`RenderSettings::light_bound`].
+fn light_bound(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(bound) if (0.0..=f32::MAX).contains(&bound) => Ok(bound),
+        _ => Err("give a radiance, not negative".to_owned()),
+    }
+}
+
 /// A bias of [`lumigon::ProjectionBasis::Biased`].
 pub(crate) fn bias(text: &str) -> Result<f64, String> {
     match text.parse() {
@@ -143,6 +161,14 @@ impl Render {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         let interrupt = Interrupt::catch()?;
         let (diffuse, specular) = self.method.resolve()?;
+        let choice = match (self.reference.reference, self.method.backend) {
+            (false, choice) => choice,
+            (true, BackendChoice::Gpu) => {
+                let message = "--reference runs on the CPU: leave --backend gpu out";
+                return Err(Failure::usage("render", message));
+            }
+            (true, _) => BackendChoice::Cpu,
+        };
         let format = PictureFormat::from_path(&self.output)
             .map_err(|error| Failure::usage("render", &error.to_string()))?;
         check_writable(&self.output)?;
@@ -156,8 +182,8 @@ impl Render {
         }
         let camera = choose_camera(&scene, &self.scene, self.camera.as_deref())?;
         interrupt.watch();
-        let renderer = CpuRenderer::new(&scene);
-        for warning in renderer.warnings() {
+        let backend = Backend::new(choice, &scene)?;
+        for warning in backend.warnings() {
             eprintln!("warning: {}: {warning}", self.scene.display());
         }
         let radiance = {
@@ -166,7 +192,7 @@ impl Render {
                 progress: &|done, total| progress.set(done, total),
                 cancelled: interrupt.flag(),
             };
-            self.radiance(&renderer, &camera, diffuse, specular, watch)?
+            self.radiance(&backend, &camera, diffuse, specular, watch)?
         };
         interrupt.check()?;
         let Size { width, height } = self.size;
@@ -182,10 +208,11 @@ impl Render {
             PictureFormat::Exr => write_exr(&self.output, width, height, &radiance)?,
         }
         println!(
-            "{}: {} in {:.2} s, {} polygon lights, {} punctual lights",
+            "{}: {} in {:.2} s {}, {} polygon lights, {} punctual lights",
             self.output.display(),
             self.size,
             start.elapsed().as_secs_f64(),
+            backend.describe(),
             scene.polygon_lights.len(),
             scene.punctual_lights.len(),
         );
@@ -194,7 +221,7 @@ impl Render {
 
     fn radiance(
         &self,
-        renderer: &CpuRenderer<'_>,
+        backend: &Backend<'_>,
         camera: &Camera,
         diffuse: DiffuseMethod,
         specular: SpecularMethod,
@@ -204,7 +231,8 @@ impl Render {
         let samples = self.samples;
         let rendering = if self.reference.reference {
             let settings = self.reference.settings(self.size, samples);
-            renderer
+            backend
+                .cpu()
                 .reference(camera, &settings, watch)
                 .map(|reference| reference.mean)
         } else {
@@ -214,9 +242,9 @@ impl Render {
                 samples,
                 diffuse,
                 specular,
-                ..RenderSettings::default()
+                light_bound: self.method.light_bound.unwrap_or(0.0),
             };
-            renderer.render(camera, &settings, watch)
+            backend.render(camera, &settings, watch)
         };
         match rendering {
             Ok(rendering) => Ok(rendering.radiance()),

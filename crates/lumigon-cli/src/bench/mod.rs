@@ -1,6 +1,7 @@
 //! `lumigon bench`: what each method costs on this machine.
 
 mod counted;
+mod gpu;
 mod kernels;
 mod lookups;
 mod machine;
@@ -10,6 +11,7 @@ mod quads;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use lumigon_renderer::{Gpu, GpuPreference};
 use serde::Serialize;
 
 use crate::Failure;
@@ -38,11 +40,23 @@ Examples:
   lumigon bench --only kernels --json bench.json")]
 pub struct Bench {
     /// Measure only this part
-    #[arg(long, value_enum)]
+    #[arg(long, value_enum, conflicts_with = "backend")]
     only: Option<Part>,
+    /// What to measure: the CPU, or the GPU that `lumigon gpu info` lists first
+    #[arg(long, value_enum, default_value_t)]
+    backend: Measured,
     /// Write the figures to this file too, as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+enum Measured {
+    /// All processors of this machine
+    #[default]
+    Cpu,
+    /// A GPU; software Vulkan where there is no other
+    Gpu,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -83,6 +97,10 @@ impl Bench {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         let interrupt = Interrupt::catch()?;
         interrupt.watch();
+        if self.backend == Measured::Gpu {
+            let gpu = Gpu::new(GpuPreference::Any)?;
+            return self.write_json(&gpu::measure(&gpu, &interrupt)?);
+        }
         let machine = Machine::measure();
         machine.print();
         let mut figures = Figures {
@@ -101,8 +119,12 @@ impl Bench {
         if wanted(Part::Quads) {
             figures.quads = quads::measure(&interrupt)?;
         }
+        self.write_json(&figures)
+    }
+
+    fn write_json(&self, figures: &impl Serialize) -> Result<(), Failure> {
         if let Some(path) = &self.json {
-            let text = serde_json::to_string_pretty(&figures)? + "\n";
+            let text = serde_json::to_string_pretty(figures)? + "\n";
             std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))?;
         }
         Ok(())

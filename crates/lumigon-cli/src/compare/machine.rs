@@ -11,6 +11,8 @@ pub(super) struct Machine {
     pub(super) cpu: Option<String>,
     /// Threads that render.
     pub(super) threads: usize,
+    /// What rendered the methods; the references are the processor's.
+    pub(super) methods: String,
     /// The processor's architecture.
     pub(super) architecture: &'static str,
     /// The operating system.
@@ -18,14 +20,15 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    /// This one.
-    pub(super) fn this() -> Self {
+    /// This one; `methods` says what rendered them.
+    pub(super) fn this(methods: String) -> Self {
         let cpu = fs::read_to_string("/proc/cpuinfo")
             .ok()
             .and_then(|text| model_name(&text));
         Self {
             cpu,
             threads: rayon::current_num_threads(),
+            methods,
             architecture: std::env::consts::ARCH,
             system: std::env::consts::OS,
         }

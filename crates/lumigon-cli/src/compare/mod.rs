@@ -20,6 +20,7 @@ use lumigon_renderer::{RenderError, RenderSettings, Scene, ToneMap};
 
 use crate::Failure;
 use crate::camera::choose_camera;
+use crate::gpu::BackendChoice;
 use crate::interrupt::Interrupt;
 use crate::render::{bias, exposure};
 use crate::report_folder::ReportFolder;
@@ -71,6 +72,9 @@ pub struct Compare {
     #[arg(long, value_name = "N", default_value_t = 1,
         value_parser = clap::value_parser!(u32).range(1..))]
     bounces: u32,
+    /// What computes the methods; the references are always the CPU's
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
+    backend: BackendChoice,
     /// How far behind the point the biased projection starts, in scene units [default: half of the
     /// median light's radius]
     #[arg(long, value_name = "DISTANCE", value_parser = bias)]

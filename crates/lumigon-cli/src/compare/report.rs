@@ -100,7 +100,10 @@ pub(super) fn html(record: &Record, scales: [FalseColor; 3]) -> Result<String, C
     let cpu = record.machine.cpu.as_deref().unwrap_or("unnamed CPU");
     let page = Page {
         name: scene_name(record.scene.path.as_ref()),
-        machine: format!("{cpu}, {} threads", record.machine.threads),
+        machine: format!(
+            "{cpu}, {} threads, methods {}",
+            record.machine.threads, record.machine.methods
+        ),
         verdict: Verdict::new(
             &record.exact_diffuse_z_scores,
             unshadowed.diffuse_noise,

@@ -7,8 +7,8 @@ use std::time::Instant;
 use image::RgbImage;
 use lumigon::{DiffuseMethod, SpecularMethod};
 use lumigon_renderer::{
-    Camera, CpuRenderer, Pixels, ReferenceRendering, ReferenceSettings, RenderError,
-    RenderSettings, Scene, Watch, srgb8, write_exr,
+    Camera, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings, Scene,
+    Watch, srgb8, write_exr,
 };
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8};
 
@@ -24,6 +24,7 @@ use super::record::{
 };
 use super::stopwatch::Stopwatch;
 use super::{Compare, report};
+use crate::gpu::Backend;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::report_folder::{METRICS, ReportFolder};
@@ -50,8 +51,8 @@ pub(super) fn fill(
     let session = Session {
         command,
         folder: folder.path(),
-        renderer: CpuRenderer::new(&scene),
-        unlit_renderer: CpuRenderer::new(&unlit),
+        renderer: Backend::new(command.backend, &scene)?,
+        unlit_renderer: Backend::new(command.backend, &unlit)?,
         camera,
         interrupt,
     };
@@ -75,7 +76,7 @@ pub(super) fn fill(
     } = comparison;
     let records = comparison.records.into_iter().zip(&stopwatches);
     let records = timed(records, without_lights.seconds());
-    let machine = Machine::this();
+    let machine = Machine::this(session.renderer.describe());
     let sheet = contact_sheet(
         &format!(
             "{}: every method beside the truth",
@@ -132,9 +133,9 @@ pub(super) fn fill(
 struct Session<'a> {
     command: &'a Compare,
     folder: &'a Path,
-    renderer: CpuRenderer<'a>,
+    renderer: Backend<'a>,
     /// Of the same scene without its polygon lights.
-    unlit_renderer: CpuRenderer<'a>,
+    unlit_renderer: Backend<'a>,
     camera: &'a Camera,
     interrupt: &'a Interrupt,
 }
@@ -180,7 +181,7 @@ impl Session<'_> {
         };
         let start = Instant::now();
         let rendering = self.watched(Reference::title(shadows), |watch| {
-            self.renderer.reference(self.camera, &settings, watch)
+            self.renderer.cpu().reference(self.camera, &settings, watch)
         })?;
         Ok((rendering, start.elapsed().as_secs_f64()))
     }
@@ -500,13 +501,15 @@ fn with_numbers(sections: [Section; 3], records: &[MethodRecord]) -> [Section; 3
 
 fn facts(command: &Compare, machine: &Machine) -> String {
     format!(
-        "{}, {} camera rays a pixel; references with {} paths a pixel; {} threads of {}. Below each \
-         picture: its difference from the reference without shadows, relative RMSE, FLIP, time.",
+        "{}, {} camera rays a pixel; references with {} paths a pixel; {} threads of {}; methods {}. \
+         Below each picture: its difference from the reference without shadows, relative RMSE, \
+         FLIP, time.",
         command.size,
         command.samples,
         command.spp,
         machine.threads,
         machine.cpu.as_deref().unwrap_or("an unnamed CPU"),
+        machine.methods,
     )
 }
 
