@@ -53,7 +53,7 @@ impl View {
         if !affine.is_finite() {
             return None;
         }
-        let position = DVec3::from(Vec3::from(affine.translation).as_dvec3());
+        let position = Vec3::from(affine.translation).as_dvec3();
         let (low, high) = bounds.unwrap_or_default();
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
         let largest = [low, high, position]
@@ -67,7 +67,7 @@ impl View {
             0.0
         };
         let scale = exponent.exp2();
-        let world_from_camera = DMat3::from(affine.matrix3.as_dmat3());
+        let world_from_camera = affine.matrix3.as_dmat3();
         let determinant = world_from_camera.determinant();
         let camera_from_world = if determinant != 0.0 {
             world_from_camera.inverse()
