@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{Failure, bench, compare, completions, eval, fit, gpu, man, render, scene};
+use crate::{Failure, bench, compare, completions, eval, fit, gpu, man, render, scene, shaders};
 
 /// Light from polygons: any planar polygon lights a scene exactly, without noise
 #[derive(Debug, Parser)]
@@ -25,6 +25,7 @@ pub enum Command {
     Eval(eval::Eval),
     Scene(scene::SceneCommand),
     Fit(fit::Fit),
+    Shaders(shaders::Shaders),
     Bench(bench::Bench),
     Gpu(gpu::GpuCommand),
     Completions(completions::Completions),
@@ -48,6 +49,7 @@ impl Arguments {
             Command::Eval(command) => command.run(),
             Command::Scene(command) => command.run(),
             Command::Fit(command) => command.run(),
+            Command::Shaders(command) => command.run(),
             Command::Bench(command) => command.run(),
             Command::Gpu(command) => command.run(),
             Command::Completions(command) => command.run(),

@@ -19,6 +19,7 @@ mod progress;
 mod render;
 mod report_folder;
 mod scene;
+mod shaders;
 mod size;
 
 pub use arguments::{Arguments, Command};

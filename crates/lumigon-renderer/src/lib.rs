@@ -8,6 +8,7 @@ mod gpu;
 mod picture;
 mod render;
 mod scene;
+mod shading_light;
 
 pub use cpu::CpuRenderer;
 pub use gpu::{

@@ -97,20 +97,18 @@ pub fn link(
     modules: &[(&str, &str)],
     conditions: &[(&str, bool)],
 ) -> Result<String, LinkError> {
-    let mut features = Features::default();
-    features.flags = conditions
-        .iter()
-        .map(|&(name, on)| {
-            (
-                name.to_owned(),
-                if on {
-                    Feature::Enable
-                } else {
-                    Feature::Disable
-                },
-            )
-        })
-        .collect();
+    let flag = |&(name, on): &(&str, bool)| {
+        let feature = if on {
+            Feature::Enable
+        } else {
+            Feature::Disable
+        };
+        (name.to_owned(), feature)
+    };
+    let features = Features {
+        flags: conditions.iter().map(flag).collect(),
+        ..Features::default()
+    };
     let options = CompileOptions {
         features,
         keep_root: true,
@@ -286,5 +284,23 @@ mod tests {
         }
         items.sort_unstable();
         items
+    }
+
+    #[test]
+    fn readme_s_shaders_link() {
+        let readme = include_str!("../../../shaders/README.md");
+        let shaders: Vec<_> = readme
+            .split("```wgsl\n")
+            .skip(1)
+            .map(|rest| rest.split("```").next().unwrap())
+            .collect();
+        assert_eq!(shaders.len(), 2);
+        for shader in shaders {
+            let module = parsed(&link(shader, &[], &[]).unwrap());
+            assert!(module.functions.len() > 5);
+        }
+        for (name, _) in MODULES {
+            assert!(readme.contains(&format!("`{name}")), "{name}");
+        }
     }
 }

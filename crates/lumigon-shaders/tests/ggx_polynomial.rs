@@ -17,7 +17,8 @@ fn shader_has_the_numbers_of_the_table() {
     for line in text.lines() {
         let coefficients = line
             .strip_prefix("    row = row * x + vec4f(")
-            .or_else(|| line.strip_prefix("    row = vec4f("));
+            .or_else(|| line.strip_prefix("    row = vec4f("))
+            .or_else(|| line.strip_prefix("    var row = vec4f("));
         if let Some(list) = coefficients.and_then(|rest| rest.strip_suffix(");")) {
             numbers.extend(list.split(", ").map(|x| x.parse::<f32>().unwrap()));
         }

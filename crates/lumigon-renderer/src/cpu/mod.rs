@@ -12,7 +12,7 @@ mod shade;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lumigon::{PolygonLight, Sides, Vec3 as LightVec3};
+use lumigon::Vec3 as LightVec3;
 use rayon::prelude::*;
 
 use crate::render::{
@@ -20,12 +20,12 @@ use crate::render::{
     Rendering, Watch,
 };
 use crate::scene::{Camera, Scene};
+use crate::shading_light::{ShadingLight, prepared_lights};
 
 use fitted_lobes::FittedLobes;
 use geometry::Geometry;
 use hits::{Hits, Wanted};
-use pixel_samples::pixel_samples;
-use shade::ShadingLight;
+pub(crate) use pixel_samples::pixel_samples;
 
 /// Side of the square of pixels that one task renders: large enough to fill SIMD lanes with
 /// neighbours, small enough to keep every thread busy to the end.
@@ -50,24 +50,7 @@ impl<'a> CpuRenderer<'a> {
     /// Builds the hierarchy and prepares the lights.
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
-        let mut lights = Vec::new();
-        let mut warnings = Vec::new();
-        for light in &scene.polygon_lights {
-            let sides = if light.two_sided {
-                Sides::Both
-            } else {
-                Sides::Front
-            };
-            match PolygonLight::new(&light.loops, sides).and_then(|polygon| polygon.cast()) {
-                Ok(polygon) => lights.push(ShadingLight {
-                    polygon,
-                    radiance: light.radiance.to_array(),
-                }),
-                Err(fault) => {
-                    warnings.push(format!("light \"{}\" lights nothing: {fault}", light.name));
-                }
-            }
-        }
+        let (lights, warnings) = prepared_lights(&scene.polygon_lights);
         Self {
             scene,
             geometry: Geometry::new(scene),
@@ -242,7 +225,7 @@ impl Tile {
     }
 }
 
-fn check_size(width: u32, height: u32, samples: u32) -> Result<(), RenderError> {
+pub(crate) fn check_size(width: u32, height: u32, samples: u32) -> Result<(), RenderError> {
     for (what, value, greatest) in [
         ("the width", width, MAXIMUM_SIDE),
         ("the height", height, MAXIMUM_SIDE),

@@ -3,7 +3,7 @@
 /// `count` positions in \[0, 1)^2, the same for every pixel: the centre alone, or the Hammersley
 /// set moved to the middle of its strata, so that rows, columns and (for powers of two) every
 /// elementary box hold one each.
-pub(super) fn pixel_samples(count: u32) -> Vec<[f64; 2]> {
+pub(crate) fn pixel_samples(count: u32) -> Vec<[f64; 2]> {
     let strata = f64::from(count.next_power_of_two());
     (0..count)
         .map(|i| {

@@ -3,7 +3,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use lumigon::{
-    DiffuseMethod, Lanes, LocalOcclusion, Ltc, PolygonLight, PreparedLtc, Real, SpecularMethod,
+    DiffuseMethod, Lanes, LocalOcclusion, Ltc, PreparedLtc, Real, SpecularMethod,
     eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine, light_direction,
     ltc_form_factor, reflected_inclusion,
 };
@@ -13,12 +13,7 @@ use super::hits::{DIRECT, FITTED, FITTED_ANISOTROPIC, Hits};
 use super::lobes::Scattered;
 use super::vector;
 use crate::scene::PunctualLight;
-
-/// A polygon light and its radiance.
-pub(super) struct ShadingLight {
-    pub(super) polygon: PolygonLight<f32>,
-    pub(super) radiance: [f32; 3],
-}
+use crate::shading_light::ShadingLight;
 
 /// Sums over lights of radiance times response, by channel, one list each.
 type Sums = [Vec<f32>; 3];

@@ -108,6 +108,11 @@ impl AdapterDescription {
         }
     }
 
+    /// Bytes of the longest list that a shader sees.
+    pub(super) fn largest_storage(&self) -> u64 {
+        self.largest_binding.min(self.largest_buffer)
+    }
+
     /// Whether the CPU does this adapter's work.
     #[must_use]
     pub fn is_software(&self) -> bool {

@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use bytemuck::Pod;
 use pollster::FutureExt;
 
 use super::{AdapterDescription, GpuError, GpuPreference};
@@ -183,6 +184,9 @@ impl Gpu {
                 Ok(_) => return Ok(Waited::Done),
                 Err(wgpu::PollError::Timeout) => {}
                 Err(fault) => {
+                    // A destroyed device takes no submission, and tells so in the next poll.
+                    _ = self.device.poll(wgpu::PollType::Poll);
+                    self.check()?;
                     return Err(GpuError::Refused {
                         what: "to be waited for",
                         reason: fault.to_string(),
@@ -199,6 +203,81 @@ impl Gpu {
             }
         }
     }
+
+    /// Waits as [`Gpu::wait`], then gives `each` the bytes of each slice.
+    pub(super) fn read(
+        &self,
+        submission: &wgpu::SubmissionIndex,
+        slices: &[wgpu::BufferSlice<'_>],
+        cancelled: impl Fn() -> bool,
+        mut each: impl FnMut(usize, &[u8]),
+    ) -> Result<Waited, GpuError> {
+        for slice in slices {
+            // Where mapping fails, so does reading below.
+            slice.map_async(wgpu::MapMode::Read, |_| {});
+        }
+        let mut result = self.wait(submission, cancelled);
+        if matches!(result, Ok(Waited::Done)) {
+            for (i, slice) in slices.iter().enumerate() {
+                match slice.get_mapped_range() {
+                    Ok(view) => each(i, &view),
+                    Err(fault) => {
+                        result = Err(GpuError::Refused {
+                            what: "to be read",
+                            reason: fault.to_string(),
+                        });
+                    }
+                }
+            }
+        }
+        for slice in slices {
+            slice.buffer().unmap();
+        }
+        result
+    }
+}
+
+impl Gpu {
+    /// A storage buffer of a list; `what` it is of.
+    pub(super) fn storage<T: Pod>(
+        &self,
+        what: &'static str,
+        list: &[T],
+    ) -> Result<wgpu::Buffer, GpuError> {
+        let limit = self.adapter.largest_storage();
+        check_storage(what, list.len() as u64, size_of::<T>(), limit)?;
+        // A buffer of no bytes cannot be bound.
+        let least = [T::zeroed()];
+        let list = if list.is_empty() { &least } else { list };
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(what),
+            size: size_of_val(list) as u64,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        self.queue
+            .write_buffer(&buffer, 0, bytemuck::cast_slice(list));
+        Ok(buffer)
+    }
+}
+
+/// Whether a list of `count` fits a buffer of `limit` bytes.
+pub(super) fn check_storage(
+    what: &'static str,
+    count: u64,
+    size: usize,
+    limit: u64,
+) -> Result<(), GpuError> {
+    let needed = count.saturating_mul(size as u64);
+    if needed > limit {
+        return Err(GpuError::TooMuch {
+            what,
+            count,
+            needed,
+            limit,
+        });
+    }
+    Ok(())
 }
 
 /// Every adapter, discrete GPUs first and software last.
@@ -222,7 +301,7 @@ fn set(place: &Mutex<Option<String>>, reason: String) {
     lock(place).get_or_insert(reason);
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 

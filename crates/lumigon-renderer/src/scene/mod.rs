@@ -22,6 +22,7 @@ pub use mesh::Mesh;
 pub use punctual::{PunctualKind, PunctualLight};
 pub use surface::SurfaceSample;
 pub use texture::{Filter, Sampler, Texture, Wrap};
+pub(crate) use texture::{SRGB_TO_LINEAR, Texels};
 
 /// A scene in world space: right-handed, Y up, metres.
 ///

@@ -39,7 +39,7 @@ pub struct Sampler {
 
 /// Decoded texels, shared by the textures that show them. Row by row from the upper left.
 #[derive(Debug, PartialEq)]
-pub(super) enum Texels {
+pub(crate) enum Texels {
     /// 8 bits a channel.
     U8(Vec<[u8; 4]>),
     /// 16 bits a channel.
@@ -97,6 +97,16 @@ impl Texture {
             let texels = Arc::new(Texels::U8(texels));
             Self::new(name.to_owned(), [width, height], texels, srgb, sampler)
         })
+    }
+
+    /// The texels as they are stored.
+    pub(crate) fn texels(&self) -> &Arc<Texels> {
+        &self.texels
+    }
+
+    /// Whether red, green and blue are stored with the sRGB transfer function.
+    pub(crate) fn is_srgb(&self) -> bool {
+        self.srgb
     }
 
     /// One texel in linear light; `x < width`, `y < height`.
@@ -192,7 +202,8 @@ fn srgb_to_linear(c: f32) -> f32 {
     }
 }
 
-static SRGB_TO_LINEAR: LazyLock<[f32; 256]> =
+/// The sRGB transfer function of all bytes.
+pub(crate) static SRGB_TO_LINEAR: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|c| srgb_to_linear(c as f32 / 255.0)));
 
 #[cfg(test)]

@@ -1,0 +1,93 @@
+//! The methods that light pictures, as the constants of a pipeline.
+
+use lumigon::{
+    DiffuseMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
+};
+
+use crate::render::RenderSettings;
+
+/// What a pipeline is made for: equal methods share one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Methods {
+    diffuse: u32,
+    basis: u32,
+    circle_occlusion: bool,
+    specular: u32,
+    two_lobes: bool,
+    by_winding_number: bool,
+    culls_lights: bool,
+}
+
+impl Methods {
+    pub(super) fn new(settings: &RenderSettings) -> Self {
+        // The numbers are the shaders' DIFFUSE, BASIS and SPECULAR constants.
+        let (diffuse, basis, occlusion) = match settings.diffuse {
+            DiffuseMethod::Exact { occlusion } => (0, 0, occlusion),
+            DiffuseMethod::LightVector { occlusion } => (1, 0, occlusion),
+            DiffuseMethod::ProjectedArea { basis, occlusion } => {
+                let basis = match basis {
+                    ProjectionBasis::Centroid => 0,
+                    ProjectionBasis::Weighted => 1,
+                    ProjectionBasis::Biased { .. } => 2,
+                    ProjectionBasis::Optimal => 3,
+                };
+                (2, basis, occlusion)
+            }
+        };
+        let specular = match settings.specular {
+            SpecularMethod::None => 0,
+            SpecularMethod::Ltc { .. } => 1,
+            SpecularMethod::ReflectedInclusion(_) => 2,
+            SpecularMethod::LightVector => 3,
+        };
+        let circle_occlusion = occlusion == LocalOcclusion::Circle;
+        // Bounds hold for the integrals themselves.
+        let bounded = diffuse == 0 && !circle_occlusion && specular < 2;
+        Self {
+            diffuse,
+            basis,
+            circle_occlusion,
+            specular,
+            two_lobes: matches!(
+                settings.specular,
+                SpecularMethod::Ltc {
+                    lobes: LtcLobes::Two
+                }
+            ),
+            by_winding_number: matches!(
+                settings.specular,
+                SpecularMethod::ReflectedInclusion(InclusionRule::WindingNumber)
+            ),
+            culls_lights: settings.light_bound > 0.0 && bounded,
+        }
+    }
+
+    /// Whether lights that add too little are left out.
+    pub(super) fn culls_lights(self) -> bool {
+        self.culls_lights
+    }
+
+    /// The shader's constants.
+    pub(super) fn constants(self) -> [(&'static str, f64); 7] {
+        [
+            ("DIFFUSE_METHOD", f64::from(self.diffuse)),
+            ("PROJECTION_BASIS", f64::from(self.basis)),
+            ("CIRCLE_OCCLUSION", f64::from(self.circle_occlusion)),
+            ("SPECULAR_METHOD", f64::from(self.specular)),
+            ("TWO_LOBES", f64::from(self.two_lobes)),
+            ("BY_WINDING_NUMBER", f64::from(self.by_winding_number)),
+            ("CULLS_LIGHTS", f64::from(self.culls_lights)),
+        ]
+    }
+}
+
+/// How far behind the shading point a biased projection is, in scene units; 0 for others.
+pub(super) fn bias(method: DiffuseMethod) -> f32 {
+    match method {
+        DiffuseMethod::ProjectedArea {
+            basis: ProjectionBasis::Biased { bias },
+            ..
+        } => bias as f32,
+        _ => 0.0,
+    }
+}

@@ -1,0 +1,352 @@
+//! A scene on a device, and pictures of it.
+
+use std::sync::Mutex;
+
+use super::clock::Clock;
+use super::device::{Gpu, Waited, lock};
+use super::error::GpuError;
+use super::frame::{Tile, View, tiles};
+use super::lighting::Lighting;
+use super::methods::Methods;
+use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
+use super::shading::{self, PIXEL, Shading, ShadingRecord, Sums};
+use super::visibility::{Canvas, Visibility};
+use crate::cpu::{check_size, pixel_samples};
+use crate::render::{Pixels, RenderError, RenderSettings, Rendering, Watch};
+use crate::scene::{Camera, EmissivePolygon, Scene};
+
+/// Longest side of a tile, in pixels: what every device can raster.
+const LONGEST_SIDE: u32 = 2048;
+
+/// Most pixels of a tile: its memory stays below 200 MB.
+const MOST_PIXELS: u64 = 1 << 21;
+
+/// Edges times pixels of one submission. Drivers take a device for hung after some two seconds,
+/// which slow ones would need for ten times as many; fast ones need some for their full speed.
+const MOST_WORK: u64 = 1 << 33;
+
+/// Edges of the lights that are left of many where those that add little are left out, about.
+const MOST_COUNTING_EDGES: u64 = 1000;
+
+/// How long the device worked on the last picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GpuTimings {
+    /// Milliseconds of finding what each pixel sees, over all tiles and samples.
+    pub visibility: f64,
+    /// Milliseconds of lighting it.
+    pub shading: f64,
+}
+
+/// A scene on a device, ready to be rendered.
+///
+/// Cameras and lights may change from picture to picture: nothing is built anew for them.
+pub struct GpuRenderer {
+    gpu: Gpu,
+    scene: SceneBuffers,
+    visibility: Visibility,
+    shading: Shading,
+    lighting: Lighting,
+    clock: Option<Clock>,
+    /// One picture at a time.
+    studio: Mutex<Studio>,
+    largest_tile: Option<[u32; 2]>,
+}
+
+/// What pictures are rendered with, kept for the next one.
+#[derive(Default)]
+struct Studio {
+    equipment: Option<Equipment>,
+    timings: Option<GpuTimings>,
+}
+
+/// Memory for the tiles of a picture.
+struct Equipment {
+    tile: [u32; 2],
+    canvas: Canvas,
+    ids: wgpu::BindGroup,
+    sums: Sums,
+    read: wgpu::Buffer,
+}
+
+impl GpuRenderer {
+    /// Brings the scene to the device.
+    ///
+    /// # Errors
+    /// Where the scene is larger than the device's memory or buffers.
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
+        gpu.guarded("the scene", || Self::build(gpu, scene))
+    }
+
+    fn build(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
+        let lighting = Lighting::new(gpu, &scene.polygon_lights, &scene.punctual_lights)?;
+        let scene_layout = scene_buffers::layout(gpu);
+        let scene = SceneBuffers::new(gpu, &scene_layout, scene)?;
+        Ok(Self {
+            gpu: gpu.clone(),
+            visibility: Visibility::new(gpu, &scene_layout, &scene)?,
+            shading: Shading::new(gpu, lighting.layout(), &scene_layout, scene.features)?,
+            scene,
+            lighting,
+            clock: Clock::new(gpu),
+            studio: Mutex::default(),
+            largest_tile: None,
+        })
+    }
+
+    /// Lights whose outlines cannot be evaluated, and why: they light nothing.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.lighting.warnings
+    }
+
+    /// Replaces the lights; the scene's emissive faces stay where they are.
+    ///
+    /// # Errors
+    /// Where they are more than the device's buffers hold; they stay as they were.
+    pub fn set_lights(&mut self, lights: &[EmissivePolygon]) -> Result<(), GpuError> {
+        let gpu = self.gpu.clone();
+        if gpu.guarded("lights", || self.lighting.set_polygons(&gpu, lights))? {
+            lock(&self.studio).equipment = None;
+        }
+        Ok(())
+    }
+
+    /// Renders with closed forms, as [`CpuRenderer::render`](crate::CpuRenderer::render) does.
+    ///
+    /// # Errors
+    /// Where a setting is out of range, when cancelled, and where the device fails.
+    pub fn render(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        watch: Watch<'_>,
+    ) -> Result<Rendering, RenderError> {
+        check_size(settings.width, settings.height, settings.samples)?;
+        let (width, height) = (settings.width, settings.height);
+        let black: Pixels = vec![[0.0; 3]; width as usize * height as usize];
+        let mut picture = Rendering {
+            width,
+            height,
+            emitted: black.clone(),
+            diffuse: black.clone(),
+            specular: black,
+        };
+        let Some(view) = View::new(camera, [width, height], self.scene.bounds) else {
+            return Ok(picture);
+        };
+        let mut studio = lock(&self.studio);
+        studio.timings = None;
+        let done = self.gpu.guarded("a picture", || {
+            self.render_into(&mut picture, &view, settings, watch, &mut studio)
+        });
+        match done {
+            Ok(Waited::Done) => Ok(picture),
+            Ok(Waited::Cancelled) => Err(RenderError::Cancelled),
+            Err(fault) => {
+                studio.equipment = None;
+                Err(fault.into())
+            }
+        }
+    }
+
+    /// How long the device worked on the last picture; `None` before one, and where it has no clock.
+    #[must_use]
+    pub fn timings(&self) -> Option<GpuTimings> {
+        lock(&self.studio).timings
+    }
+
+    fn render_into(
+        &self,
+        picture: &mut Rendering,
+        view: &View,
+        settings: &RenderSettings,
+        watch: Watch<'_>,
+        studio: &mut Studio,
+    ) -> Result<Waited, GpuError> {
+        let methods = Methods::new(settings);
+        let pipeline = self.shading.pipeline(&self.gpu, methods);
+        let edges = self.edges(methods);
+        self.shading
+            .set(&self.gpu, ShadingRecord::new(settings, &self.lighting));
+        let samples = pixel_samples(settings.samples);
+        let share = 1.0 / samples.len() as f32;
+        let size = [picture.width, picture.height];
+        let largest = self
+            .largest_tile
+            .unwrap_or_else(|| self.tile_size(size, edges));
+        let equipment = match &mut studio.equipment {
+            Some(kept) if kept.tile == largest => kept,
+            other => other.insert(self.equip(largest)),
+        };
+        let pixels = u64::from(largest[0]) * u64::from(largest[1]);
+        let work = pixels.saturating_mul(edges);
+        let at_once = (MOST_WORK / work).clamp(1, FRAMES as u64) as usize;
+        let tiles = tiles(size, largest);
+        let total = (tiles.len() * samples.len().div_ceil(at_once)) as u64;
+        let mut done = 0;
+        let mut timings = self.clock.is_some().then(GpuTimings::default);
+        for tile in tiles {
+            let mut batches = samples.chunks(at_once).peekable();
+            let mut is_first = true;
+            while let Some(batch) = batches.next() {
+                if watch.is_cancelled() {
+                    return Ok(Waited::Cancelled);
+                }
+                let frames: Vec<_> = batch
+                    .iter()
+                    .map(|&offset| view.frame(tile, offset, share))
+                    .collect();
+                let mut bytes = vec![0; frames.len() * FRAME_STRIDE];
+                for (slot, frame) in bytes.chunks_mut(FRAME_STRIDE).zip(&frames) {
+                    slot[..size_of_val(frame)].copy_from_slice(bytemuck::bytes_of(frame));
+                }
+                self.gpu.queue().write_buffer(&self.scene.frames, 0, &bytes);
+                let mut encoder = self
+                    .gpu
+                    .device()
+                    .create_command_encoder(&Default::default());
+                if is_first {
+                    for part in &equipment.sums.parts {
+                        encoder.clear_buffer(part, 0, None);
+                    }
+                }
+                for frame in 0..frames.len() {
+                    self.encode(&mut encoder, equipment, &pipeline, tile, frame);
+                }
+                let is_last = batches.peek().is_none();
+                let mut reads = Vec::new();
+                if is_last {
+                    reads.push(equipment.copy_out(&mut encoder, tile));
+                }
+                if let Some(clock) = &self.clock {
+                    reads.push(clock.finish(&mut encoder, frames.len()));
+                }
+                let submission = self.gpu.queue().submit([encoder.finish()]);
+                let cancelled = || watch.is_cancelled();
+                let waited = self.gpu.read(&submission, &reads, cancelled, |i, bytes| {
+                    if is_last && i == 0 {
+                        tile.write(bytes, picture);
+                    } else if let (Some(clock), Some(timings)) = (&self.clock, &mut timings) {
+                        let spent = clock.timings(bytes);
+                        timings.visibility += spent.visibility;
+                        timings.shading += spent.shading;
+                    }
+                })?;
+                if waited == Waited::Cancelled {
+                    return Ok(waited);
+                }
+                is_first = false;
+                done += 1;
+                (watch.progress)(done, total);
+            }
+        }
+        studio.timings = timings;
+        Ok(Waited::Done)
+    }
+
+    fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        equipment: &Equipment,
+        pipeline: &wgpu::ComputePipeline,
+        tile: Tile,
+        frame: usize,
+    ) {
+        let offset = (frame * FRAME_STRIDE) as u32;
+        let stamps = self.clock.as_ref().map(|clock| clock.visibility(frame));
+        self.visibility.encode(
+            encoder,
+            &self.scene,
+            &equipment.canvas,
+            tile.size,
+            offset,
+            stamps,
+        );
+        let groups = [
+            &self.lighting.bind_group,
+            &self.scene.bind_group,
+            &equipment.sums.bind_group,
+            &equipment.ids,
+        ];
+        let stamps = self.clock.as_ref().map(|clock| clock.shading(frame));
+        shading::encode(encoder, pipeline, groups, offset, tile.size, stamps);
+    }
+
+    /// Edges that a pixel goes through, about.
+    fn edges(&self, methods: Methods) -> u64 {
+        let most = if methods.culls_lights() {
+            MOST_COUNTING_EDGES
+        } else {
+            u64::MAX
+        };
+        self.lighting.edges.clamp(1, most)
+    }
+
+    /// Most pixels across and down that the device works on at once.
+    fn tile_size(&self, [width, height]: [u32; 2], edges: u64) -> [u32; 2] {
+        let adapter = self.gpu.adapter();
+        let longest = LONGEST_SIDE.min(adapter.largest_texture_side);
+        let most = MOST_PIXELS
+            .min(adapter.largest_storage() / (3 * PIXEL))
+            .min(MOST_WORK / edges)
+            .max(64 * 64);
+        // As square as it can be, so that few edges of the scene are in two tiles.
+        let side = (most.isqrt() as u32).min(longest);
+        let across = width.min(side.max((most / u64::from(height)).min(longest.into()) as u32));
+        let down = height.min(((most / u64::from(across)) as u32).min(longest));
+        [across, down]
+    }
+
+    fn equip(&self, tile: [u32; 2]) -> Equipment {
+        let pixels = u64::from(tile[0]) * u64::from(tile[1]);
+        let canvas = Canvas::new(&self.gpu, tile);
+        Equipment {
+            tile,
+            ids: self.shading.ids(&self.gpu, &canvas.ids),
+            canvas,
+            sums: self.shading.sums(&self.gpu, &self.lighting, pixels),
+            read: self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
+                label: Some("read pixels"),
+                size: 3 * pixels * PIXEL,
+                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+        }
+    }
+}
+
+impl Equipment {
+    /// Copies a finished tile to where it can be read: its three parts, one after the other.
+    fn copy_out(&self, encoder: &mut wgpu::CommandEncoder, tile: Tile) -> wgpu::BufferSlice<'_> {
+        let bytes = u64::from(tile.size[0]) * u64::from(tile.size[1]) * PIXEL;
+        for (i, part) in (0..).zip(&self.sums.parts) {
+            encoder.copy_buffer_to_buffer(part, 0, &self.read, i * bytes, bytes);
+        }
+        self.read.slice(..3 * bytes)
+    }
+}
+
+impl Tile {
+    /// Puts the tile's three parts where they belong.
+    fn write(&self, bytes: &[u8], picture: &mut Rendering) {
+        let [width, height] = self.size.map(|x| x as usize);
+        let [x, y] = self.origin.map(|x| x as usize);
+        let row_length = picture.width as usize;
+        let parts = [
+            &mut picture.emitted,
+            &mut picture.diffuse,
+            &mut picture.specular,
+        ];
+        let row_bytes = width * PIXEL as usize;
+        for (to, from) in parts.into_iter().zip(bytes.chunks(height * row_bytes)) {
+            for (row, from) in from.chunks(row_bytes).enumerate() {
+                let start = (y + row) * row_length + x;
+                let to = &mut to[start..start + width];
+                for (to, from) in to.iter_mut().zip(from.chunks(PIXEL as usize)) {
+                    let [r, g, b, _]: [f32; 4] = bytemuck::pod_read_unaligned(from);
+                    *to = [r, g, b];
+                }
+            }
+        }
+    }
+}

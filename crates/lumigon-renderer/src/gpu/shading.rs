@@ -1,0 +1,218 @@
+//! Light on what the pixels of a tile see.
+
+use std::sync::Mutex;
+
+use bytemuck::{Pod, Zeroable};
+
+use super::device::{Gpu, lock};
+use super::error::GpuError;
+use super::lighting::Lighting;
+use super::methods::{Methods, bias};
+use super::scene_buffers::Features;
+use super::shader::{SHADE, Shader, scene_constants};
+use crate::render::RenderSettings;
+
+/// Pixels along a side of the square that a workgroup lights.
+const WORKGROUP: u32 = 8;
+
+/// `Shading` of `shade.wesl`, field by field.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct ShadingRecord {
+    light_bound: f32,
+    bias: f32,
+    punctual_count: u32,
+    share: f32,
+}
+
+impl ShadingRecord {
+    pub(super) fn new(settings: &RenderSettings, lighting: &Lighting) -> Self {
+        Self {
+            light_bound: settings.light_bound,
+            bias: bias(settings.diffuse),
+            punctual_count: lighting.punctual_count,
+            share: 1.0 / settings.samples as f32,
+        }
+    }
+}
+
+/// The pipelines of a scene, one for each choice of methods that was asked for.
+pub(super) struct Shading {
+    shader: Shader,
+    layout: wgpu::PipelineLayout,
+    sums_layout: wgpu::BindGroupLayout,
+    uniform: wgpu::Buffer,
+    ids_layout: wgpu::BindGroupLayout,
+    features: Features,
+    pipelines: Mutex<Vec<(Methods, wgpu::ComputePipeline)>>,
+}
+
+/// The light of a tile's pixels, in its parts: emitted, diffuse and specular.
+pub(super) struct Sums {
+    pub(super) parts: [wgpu::Buffer; 3],
+    pub(super) bind_group: wgpu::BindGroup,
+}
+
+/// Bytes of one part of a pixel's light.
+pub(super) const PIXEL: u64 = 16;
+
+impl Shading {
+    pub(super) fn new(
+        gpu: &Gpu,
+        lights_layout: &wgpu::BindGroupLayout,
+        scene_layout: &wgpu::BindGroupLayout,
+        features: Features,
+    ) -> Result<Self, GpuError> {
+        let device = gpu.device();
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty,
+            count: None,
+        };
+        let buffer = |ty| wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+        let sum = buffer(wgpu::BufferBindingType::Storage { read_only: false });
+        let sums_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("sums"),
+            entries: &[
+                entry(0, buffer(wgpu::BufferBindingType::Uniform)),
+                entry(1, read),
+                entry(2, read),
+                entry(3, sum),
+                entry(4, sum),
+                entry(5, sum),
+            ],
+        });
+        let ids = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Uint,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        };
+        let ids_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("visible triangles"),
+            entries: &[entry(0, ids)],
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("shading"),
+            bind_group_layouts: &[
+                Some(lights_layout),
+                Some(scene_layout),
+                Some(&sums_layout),
+                Some(&ids_layout),
+            ],
+            immediate_size: 0,
+        });
+        Ok(Self {
+            shader: Shader::new(gpu, "shading", SHADE)?,
+            layout,
+            sums_layout,
+            uniform: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("shading"),
+                size: size_of::<ShadingRecord>() as u64,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+            ids_layout,
+            features,
+            pipelines: Mutex::default(),
+        })
+    }
+
+    /// The pipeline for these methods, made when they are first asked for.
+    pub(super) fn pipeline(&self, gpu: &Gpu, methods: Methods) -> wgpu::ComputePipeline {
+        let mut pipelines = lock(&self.pipelines);
+        if let Some((_, pipeline)) = pipelines.iter().find(|(of, _)| *of == methods) {
+            return pipeline.clone();
+        }
+        let mut constants = Vec::from(scene_constants(self.features));
+        constants.extend(methods.constants());
+        let constants = self.shader.constants(&constants);
+        let pipeline = gpu
+            .device()
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("shading"),
+                layout: Some(&self.layout),
+                module: &self.shader.module,
+                entry_point: Some("shade"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &constants,
+                    ..Default::default()
+                },
+                cache: None,
+            });
+        pipelines.push((methods, pipeline.clone()));
+        pipeline
+    }
+
+    /// What the next submissions are lit with.
+    pub(super) fn set(&self, gpu: &Gpu, record: ShadingRecord) {
+        gpu.queue()
+            .write_buffer(&self.uniform, 0, bytemuck::bytes_of(&record));
+    }
+
+    pub(super) fn sums(&self, gpu: &Gpu, lighting: &Lighting, pixels: u64) -> Sums {
+        let parts = ["emitted", "diffuse", "specular"].map(|label| {
+            gpu.device().create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: pixels * PIXEL,
+                usage: wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_SRC
+                    | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        });
+        let inputs = [&self.uniform, &lighting.clusters, &lighting.punctual];
+        let entries: Vec<_> = (0..)
+            .zip(inputs.into_iter().chain(&parts))
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let bind_group = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("sums"),
+            layout: &self.sums_layout,
+            entries: &entries,
+        });
+        Sums { parts, bind_group }
+    }
+
+    pub(super) fn ids(&self, gpu: &Gpu, ids: &wgpu::TextureView) -> wgpu::BindGroup {
+        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("visible triangles"),
+            layout: &self.ids_layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(ids),
+            }],
+        })
+    }
+}
+
+/// Adds a sample of a tile of `size` to the sums; `bind_groups` are lights, scene, sums, ids.
+pub(super) fn encode(
+    encoder: &mut wgpu::CommandEncoder,
+    pipeline: &wgpu::ComputePipeline,
+    bind_groups: [&wgpu::BindGroup; 4],
+    frame_offset: u32,
+    size: [u32; 2],
+    timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
+) {
+    let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+        label: Some("shading"),
+        timestamp_writes: timestamps,
+    });
+    pass.set_pipeline(pipeline);
+    let [lights, scene, sums, ids] = bind_groups;
+    pass.set_bind_group(0, lights, &[]);
+    pass.set_bind_group(1, scene, &[frame_offset]);
+    pass.set_bind_group(2, sums, &[]);
+    pass.set_bind_group(3, ids, &[]);
+    let [across, down] = size.map(|pixels| pixels.div_ceil(WORKGROUP));
+    pass.dispatch_workgroups(across, down, 1);
+}

@@ -1,0 +1,34 @@
+//! Polygon lights, prepared for shading.
+
+use lumigon::{PolygonLight, Sides};
+
+use crate::scene::EmissivePolygon;
+
+/// A polygon light and its radiance.
+pub(crate) struct ShadingLight {
+    pub(crate) polygon: PolygonLight<f32>,
+    pub(crate) radiance: [f32; 3],
+}
+
+/// The lights whose outlines can be evaluated, and why the others light nothing.
+pub(crate) fn prepared_lights(lights: &[EmissivePolygon]) -> (Vec<ShadingLight>, Vec<String>) {
+    let mut prepared = Vec::new();
+    let mut warnings = Vec::new();
+    for light in lights {
+        let sides = if light.two_sided {
+            Sides::Both
+        } else {
+            Sides::Front
+        };
+        match PolygonLight::new(&light.loops, sides).and_then(|polygon| polygon.cast()) {
+            Ok(polygon) => prepared.push(ShadingLight {
+                polygon,
+                radiance: light.radiance.to_array(),
+            }),
+            Err(fault) => {
+                warnings.push(format!("light \"{}\" lights nothing: {fault}", light.name));
+            }
+        }
+    }
+    (prepared, warnings)
+}

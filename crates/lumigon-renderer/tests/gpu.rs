@@ -1,0 +1,424 @@
+//! The GPU backend's pictures are the CPU's.
+
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use glam::{Affine3A, Vec2, Vec3, Vec4};
+use lumigon::{
+    DiffuseMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
+};
+use lumigon_renderer::{
+    AlphaMode, Camera, CpuRenderer, Filter, Gpu, GpuPreference, GpuRenderer, Material, Mesh,
+    Pixels, Projection, PunctualKind, PunctualLight, RenderError, RenderSettings, Rendering,
+    Sampler, Scene, Texture, TextureRef, ToneMap, Watch, Wrap, srgb8,
+};
+
+static GPU: LazyLock<Gpu> = LazyLock::new(|| {
+    Gpu::new(GpuPreference::Any).unwrap_or_else(|fault| panic!("these tests need a GPU: {fault}"))
+});
+
+fn scene_files() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let files = std::fs::read_dir(&folder).unwrap();
+    let mut scenes: Vec<_> = files
+        .map(|file| file.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "glb"))
+        .collect();
+    scenes.sort();
+    assert!(!scenes.is_empty(), "no scenes in {}", folder.display());
+    scenes
+}
+
+fn load(name: &str) -> Scene {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    Scene::load(folder.join(name)).unwrap()
+}
+
+fn small(samples: u32) -> RenderSettings {
+    RenderSettings {
+        width: 96,
+        height: 64,
+        samples,
+        ..RenderSettings::default()
+    }
+}
+
+fn camera(scene: &Scene) -> Camera {
+    let first = scene.cameras.first().cloned();
+    first.unwrap_or_else(|| Camera::framing(scene))
+}
+
+fn gpu_picture(scene: &Scene, camera: &Camera, settings: &RenderSettings) -> Rendering {
+    let renderer = GpuRenderer::new(&GPU, scene).unwrap();
+    renderer.render(camera, settings, Watch::none()).unwrap()
+}
+
+fn cpu_picture(scene: &Scene, camera: &Camera, settings: &RenderSettings) -> Rendering {
+    let renderer = CpuRenderer::new(scene);
+    renderer.render(camera, settings, Watch::none()).unwrap()
+}
+
+/// Asserts that two pictures are the same but for so many pixels, which edges cross: there, rays and
+/// rasters may see different triangles.
+fn assert_same(name: &str, cpu: &Rendering, gpu: &Rendering, on_edges: usize) {
+    assert_eq!((cpu.width, cpu.height), (gpu.width, gpu.height), "{name}");
+    for (part, cpu, gpu) in [
+        ("emitted", &cpu.emitted, &gpu.emitted),
+        ("diffuse", &cpu.diffuse, &gpu.diffuse),
+        ("specular", &cpu.specular, &gpu.specular),
+        ("radiance", &cpu.radiance(), &gpu.radiance()),
+    ] {
+        let (bytes, error) = difference(cpu, gpu, on_edges);
+        assert!(
+            bytes <= 1 && error <= 1e-4,
+            "{name}, {part}: bytes differ by {bytes}, radiance by {error:e}"
+        );
+    }
+}
+
+/// The greatest difference of any byte and the relative root mean square of the differences in
+/// radiance, of all pixels but the `on_edges` worst ones.
+fn difference(cpu: &Pixels, gpu: &Pixels, on_edges: usize) -> (u8, f64) {
+    let bytes = [cpu, gpu].map(|pixels| srgb8(pixels, 0.0, ToneMap::None));
+    let mut pixels: Vec<(f64, u8)> = (0..cpu.len())
+        .map(|i| {
+            let squares = (0..3).map(|c| f64::from(cpu[i][c] - gpu[i][c]).powi(2));
+            let of_bytes = (3 * i..3 * i + 3).map(|i| bytes[0][i].abs_diff(bytes[1][i]));
+            (squares.sum(), of_bytes.max().unwrap())
+        })
+        .collect();
+    pixels.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let rest = pixels.get(on_edges..).unwrap_or_default();
+    let squared: f64 = rest.iter().map(|pixel| pixel.0).sum();
+    let scale: f64 = cpu.iter().flatten().map(|&x| f64::from(x).powi(2)).sum();
+    let worst = rest.iter().map(|pixel| pixel.1).max().unwrap_or(0);
+    (worst, (squared / scale.max(1e-30)).sqrt())
+}
+
+fn lit(picture: &Rendering) -> usize {
+    let radiance = picture.radiance();
+    radiance.iter().filter(|pixel| **pixel != [0.0; 3]).count()
+}
+
+#[test]
+fn every_scene_looks_as_on_the_cpu() {
+    for path in scene_files() {
+        let scene = Scene::load(&path).unwrap();
+        let camera = camera(&scene);
+        let cpu = cpu_picture(&scene, &camera, &small(2));
+        let gpu = gpu_picture(&scene, &camera, &small(2));
+        assert!(lit(&cpu) > 96 * 64 / 3, "{}", path.display());
+        assert_same(&path.display().to_string(), &cpu, &gpu, 12);
+    }
+}
+
+#[test]
+fn every_method_looks_as_on_the_cpu() {
+    let scene = load("cornell.glb");
+    let camera = camera(&scene);
+    let renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let cpu = CpuRenderer::new(&scene);
+    let (exact, circle) = (LocalOcclusion::Exact, LocalOcclusion::Circle);
+    let projected = |basis, occlusion| DiffuseMethod::ProjectedArea { basis, occlusion };
+    let diffuse = [
+        DiffuseMethod::Exact { occlusion: circle },
+        DiffuseMethod::LightVector { occlusion: exact },
+        DiffuseMethod::LightVector { occlusion: circle },
+        projected(ProjectionBasis::Centroid, exact),
+        projected(ProjectionBasis::Weighted, exact),
+        projected(ProjectionBasis::Biased { bias: 0.3 }, exact),
+        projected(ProjectionBasis::Optimal, circle),
+    ]
+    .map(|diffuse| (diffuse, SpecularMethod::None));
+    let specular = [
+        SpecularMethod::Ltc {
+            lobes: LtcLobes::Two,
+        },
+        SpecularMethod::ReflectedInclusion(InclusionRule::CrossingNumber),
+        SpecularMethod::ReflectedInclusion(InclusionRule::WindingNumber),
+        SpecularMethod::LightVector,
+    ]
+    .map(|specular| (DiffuseMethod::default(), specular));
+    for (diffuse, specular) in diffuse.into_iter().chain(specular) {
+        let settings = RenderSettings {
+            width: 48,
+            height: 32,
+            diffuse,
+            specular,
+            ..small(1)
+        };
+        let cpu = cpu.render(&camera, &settings, Watch::none()).unwrap();
+        let gpu = renderer.render(&camera, &settings, Watch::none()).unwrap();
+        assert_same(&format!("{diffuse:?} {specular:?}"), &cpu, &gpu, 6);
+    }
+}
+
+#[test]
+fn lights_that_add_little_may_be_left_out_and_no_others() {
+    let scene = load("quads-98.glb");
+    let camera = camera(&scene);
+    let renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let render = |light_bound| {
+        let settings = RenderSettings {
+            light_bound,
+            ..small(1)
+        };
+        renderer.render(&camera, &settings, Watch::none()).unwrap()
+    };
+    let all = render(0.0).radiance();
+    let bound = 1e-4;
+    let fewer = render(bound).radiance();
+    let count = scene.polygon_lights.len() as f32;
+    let mut missing = 0;
+    for (all, fewer) in all.iter().zip(&fewer) {
+        for (all, fewer) in all.iter().zip(fewer) {
+            let lost = all - fewer;
+            assert!(lost >= -1e-5 * all && lost <= bound * count, "{lost}");
+            missing += usize::from(lost > 1e-6);
+        }
+    }
+    assert!(missing > 0);
+}
+
+/// A square that fills [-1, 1]² at this height, facing up, two triangles.
+fn square(height: f32, material: usize) -> Mesh {
+    let corners = [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]];
+    Mesh {
+        material,
+        positions: corners.map(|[x, z]| Vec3::new(x, height, z)).to_vec(),
+        normals: vec![Vec3::Y; 4],
+        texcoords: [corners.map(|c| Vec2::from(c) * 1.7).to_vec(), Vec::new()],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
+    }
+}
+
+/// Squares over each other under a sun, seen from above at a slant.
+fn squares(materials: Vec<Material>) -> (Scene, Camera) {
+    let mut scene = Scene {
+        meshes: (0..materials.len())
+            .map(|i| square(-(i as f32), i))
+            .collect(),
+        materials,
+        ..Scene::default()
+    };
+    let camera = Camera::framing(&scene);
+    scene.punctual_lights.push(PunctualLight {
+        name: String::new(),
+        kind: PunctualKind::Directional,
+        position: Vec3::ZERO,
+        direction: Vec3::new(0.3, -0.8, -0.2).normalize(),
+        color: Vec3::splat(2.0),
+        range: None,
+    });
+    (scene, camera)
+}
+
+fn plain(color: Vec3) -> Material {
+    Material {
+        base_color: color.extend(1.0),
+        metallic: 0.0,
+        ..Material::default()
+    }
+}
+
+fn texture(side: u32, wrap: [Wrap; 2], filter: Filter) -> Texture {
+    let texels = (0..side * side).map(|i| {
+        let at = i.wrapping_mul(2_654_435_761);
+        let [r, g, b, _] = at.to_le_bytes();
+        // Half of it is holes.
+        [
+            r,
+            g,
+            b,
+            if (i / side + i % side) % 2 == 0 {
+                255
+            } else {
+                10
+            },
+        ]
+    });
+    let sampler = Sampler {
+        wrap_s: wrap[0],
+        wrap_t: wrap[1],
+        filter,
+    };
+    Texture::from_rgba8("", [side; 2], texels.collect(), true, sampler).unwrap()
+}
+
+#[test]
+fn masks_cut_the_same_holes() {
+    for filter in [Filter::Nearest, Filter::Linear] {
+        for wrap in [
+            [Wrap::Repeat, Wrap::ClampToEdge],
+            [Wrap::MirroredRepeat, Wrap::Repeat],
+        ] {
+            let mut masked = plain(Vec3::ONE);
+            masked.alpha_mode = AlphaMode::Mask { cutoff: 0.5 };
+            masked.base_color_texture = Some(TextureRef::default());
+            let (mut scene, camera) = squares(vec![masked, plain(Vec3::new(0.9, 0.1, 0.1))]);
+            scene.textures.push(texture(4, wrap, filter));
+            let cpu = cpu_picture(&scene, &camera, &small(1));
+            let gpu = gpu_picture(&scene, &camera, &small(1));
+            // The outlines of holes are silhouettes.
+            assert_same(&format!("{filter:?} {wrap:?}"), &cpu, &gpu, 20);
+        }
+    }
+}
+
+#[test]
+fn backs_are_seen_where_they_are_there() {
+    let mut double_sided = plain(Vec3::new(0.1, 0.9, 0.1));
+    double_sided.double_sided = true;
+    double_sided.emissive = Vec3::splat(0.2);
+    let single_sided = plain(Vec3::new(0.9, 0.1, 0.1));
+    let (scene, above) = squares(vec![double_sided, single_sided]);
+    let mut below = above.clone();
+    // The same view, turned upside down about x.
+    let turn = Affine3A::from_rotation_x(std::f32::consts::PI);
+    below.world_from_camera = turn * above.world_from_camera;
+    for (name, camera) in [("above", above), ("below", below)] {
+        let cpu = cpu_picture(&scene, &camera, &small(2));
+        let gpu = gpu_picture(&scene, &camera, &small(2));
+        assert!(lit(&cpu) > 100, "{name}: {}", lit(&cpu));
+        assert_same(name, &cpu, &gpu, 3);
+    }
+}
+
+#[test]
+fn vertex_colors_and_parallel_rays() {
+    let (mut scene, mut camera) = squares(vec![plain(Vec3::ONE)]);
+    scene.meshes[0].colors = vec![
+        Vec4::new(1.0, 0.0, 0.0, 1.0),
+        Vec4::new(0.0, 1.0, 0.0, 1.0),
+        Vec4::new(0.0, 0.0, 1.0, 1.0),
+        Vec4::ONE,
+    ];
+    for (xmag, ymag) in [(2.0, 1.5), (0.2, 1.0)] {
+        camera.projection = Projection::Orthographic { xmag, ymag };
+        let cpu = cpu_picture(&scene, &camera, &small(2));
+        let gpu = gpu_picture(&scene, &camera, &small(2));
+        assert!(lit(&cpu) > 500);
+        assert_same("parallel rays", &cpu, &gpu, 3);
+    }
+}
+
+#[test]
+fn nothing_is_black() {
+    let empty = Scene::default();
+    let gpu = gpu_picture(&empty, &Camera::framing(&empty), &small(2));
+    assert_eq!((lit(&gpu), gpu.emitted.len()), (0, 96 * 64));
+
+    let (mut dark, camera) = squares(vec![plain(Vec3::ONE)]);
+    dark.punctual_lights.clear();
+    assert_eq!(lit(&gpu_picture(&dark, &camera, &small(1))), 0);
+
+    let (scene, mut nowhere) = squares(vec![plain(Vec3::ONE)]);
+    nowhere.world_from_camera.translation.x = f32::NAN;
+    assert_eq!(lit(&gpu_picture(&scene, &nowhere, &small(1))), 0);
+}
+
+#[test]
+fn far_away_and_huge_worlds() {
+    // As far out as single precision leaves a square its shape.
+    let (mut scene, mut camera) = squares(vec![plain(Vec3::ONE), plain(Vec3::X)]);
+    let far = Vec3::new(8192.0, -16384.0, 4096.0);
+    for position in scene.meshes.iter_mut().flat_map(|m| &mut m.positions) {
+        *position += far;
+    }
+    camera.world_from_camera.translation += glam::Vec3A::from(far);
+    let cpu = cpu_picture(&scene, &camera, &small(1));
+    let gpu = gpu_picture(&scene, &camera, &small(1));
+    assert!(lit(&cpu) > 500);
+    assert_same("far away", &cpu, &gpu, 60);
+
+    // What the CPU makes of it is not defined; the GPU has to come to an end.
+    for size in [1e15, 1e30, f32::MAX] {
+        let (mut scene, _) = squares(vec![plain(Vec3::ONE)]);
+        for position in &mut scene.meshes[0].positions {
+            *position *= size;
+        }
+        let camera = Camera::framing(&scene);
+        let gpu = gpu_picture(&scene, &camera, &small(1));
+        assert_eq!(gpu.diffuse.len(), 96 * 64);
+    }
+}
+
+#[test]
+fn work_stops_when_asked_and_tells_how_far_it_is() {
+    let scene = load("cornell.glb");
+    let camera = camera(&scene);
+    let renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let cancelled = AtomicBool::new(false);
+    let stop = |_, _| cancelled.store(true, Ordering::Relaxed);
+    let watch = Watch {
+        progress: &stop,
+        cancelled: &cancelled,
+    };
+    let many = RenderSettings {
+        samples: 4096,
+        ..small(1)
+    };
+    let stopped = renderer.render(&camera, &many, watch);
+    assert_eq!(stopped, Err(RenderError::Cancelled));
+
+    // And can be taken up again.
+    let (done, all) = (AtomicU64::new(0), AtomicU64::new(0));
+    let progress = |now, total| {
+        assert_eq!(now, done.fetch_add(1, Ordering::Relaxed) + 1);
+        all.store(total, Ordering::Relaxed);
+    };
+    let watch = Watch {
+        progress: &progress,
+        cancelled: &AtomicBool::new(false),
+    };
+    let first = renderer.render(&camera, &small(20), watch).unwrap();
+    assert_eq!(done.load(Ordering::Relaxed), all.load(Ordering::Relaxed));
+    assert!(done.load(Ordering::Relaxed) >= 2);
+    let again = renderer.render(&camera, &small(20), Watch::none()).unwrap();
+    assert!(first == again, "the same picture twice differs");
+    if GPU.adapter().has_timestamps {
+        let timings = renderer.timings().unwrap();
+        assert!(timings.shading > 0.0, "{timings:?}");
+    }
+}
+
+#[test]
+fn lights_move_without_a_new_renderer() {
+    let mut scene = load("quads-10.glb");
+    let camera = camera(&scene);
+    let mut renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let lights = scene.polygon_lights.clone();
+    // Fewer, all that were there and more than that; moved and broken ones among them.
+    let mut more = [lights.clone(), lights.clone()].concat();
+    for vertex in more[3].loops.iter_mut().flatten() {
+        vertex[1] += 0.25;
+    }
+    more[4].loops[0].truncate(2);
+    for list in [lights[..2].to_vec(), Vec::new(), more, lights] {
+        renderer.set_lights(&list).unwrap();
+        scene.polygon_lights = list;
+        let cpu = CpuRenderer::new(&scene);
+        let gpu = renderer.render(&camera, &small(1), Watch::none()).unwrap();
+        assert_eq!(renderer.warnings(), cpu.warnings());
+        let cpu = cpu.render(&camera, &small(1), Watch::none()).unwrap();
+        assert_same("moved lights", &cpu, &gpu, 6);
+    }
+}
+
+#[test]
+fn sizes_out_of_range_are_refused() {
+    let scene = Scene::default();
+    let renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    for (width, height, samples) in [(0, 1, 1), (1, 40_000, 1), (1, 1, 0)] {
+        let settings = RenderSettings {
+            width,
+            height,
+            samples,
+            ..RenderSettings::default()
+        };
+        let fault = renderer.render(&Camera::framing(&scene), &settings, Watch::none());
+        assert!(matches!(fault, Err(RenderError::OutOfRange { .. })));
+    }
+}
