@@ -1,6 +1,7 @@
 //! `lumigon gpu`: the GPUs of this machine; and which backend renders.
 
 mod backend;
+mod check;
 mod info;
 
 use clap::{Args, Subcommand};
@@ -19,12 +20,14 @@ pub struct GpuCommand {
 #[derive(Debug, Subcommand)]
 enum Action {
     Info(info::Info),
+    Check(check::Check),
 }
 
 impl GpuCommand {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         match &self.action {
             Action::Info(info) => info.run(),
+            Action::Check(check) => check.run(),
         }
     }
 }
