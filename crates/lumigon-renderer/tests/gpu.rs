@@ -154,6 +154,100 @@ fn every_method_looks_as_on_the_cpu() {
     }
 }
 
+/// Every layer has its own way through every method.
+#[test]
+fn every_layer_looks_as_on_the_cpu_by_every_method() {
+    let scene = load("materials.glb");
+    let camera = camera(&scene);
+    let renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let cpu = CpuRenderer::new(&scene);
+    let occlusion = LocalOcclusion::Exact;
+    for (diffuse, specular) in [
+        (
+            DiffuseMethod::default(),
+            SpecularMethod::Ltc {
+                lobes: LtcLobes::Two,
+            },
+        ),
+        (
+            DiffuseMethod::LightVector { occlusion },
+            SpecularMethod::LightVector,
+        ),
+        (
+            DiffuseMethod::ProjectedArea {
+                basis: ProjectionBasis::Optimal,
+                occlusion,
+            },
+            SpecularMethod::ReflectedInclusion(InclusionRule::CrossingNumber),
+        ),
+    ] {
+        let settings = RenderSettings {
+            diffuse,
+            specular,
+            ..small(1)
+        };
+        let cpu = cpu.render(&camera, &settings, Watch::none()).unwrap();
+        let gpu = renderer.render(&camera, &settings, Watch::none()).unwrap();
+        assert_same(&format!("{diffuse:?} {specular:?}"), &cpu, &gpu, 12);
+    }
+}
+
+#[test]
+fn lights_without_extent_shine_as_on_the_cpu() {
+    let mut glossy = plain(Vec3::new(0.8, 0.5, 0.2));
+    glossy.perceptual_roughness = 0.4;
+    let (mut scene, camera) = squares(vec![glossy]);
+    let spot = PunctualKind::Spot {
+        inner_cone_angle: 0.3,
+        outer_cone_angle: 0.6,
+    };
+    let sun = scene.punctual_lights[0].clone();
+    for (kind, range) in [
+        (PunctualKind::Point, None),
+        (PunctualKind::Point, Some(0.9)),
+        (spot, Some(3.0)),
+        (spot, None),
+    ] {
+        scene.punctual_lights.push(PunctualLight {
+            kind,
+            range,
+            position: Vec3::new(0.4, 0.7, -0.3),
+            ..sun.clone()
+        });
+    }
+    let cpu = cpu_picture(&scene, &camera, &small(2));
+    let gpu = gpu_picture(&scene, &camera, &small(2));
+    assert!(lit(&cpu) > 500);
+    assert_same("lights without extent", &cpu, &gpu, 3);
+}
+
+#[test]
+#[ignore = "takes a minute: a measurement"]
+fn larger_pictures() {
+    for path in scene_files() {
+        let scene = Scene::load(&path).unwrap();
+        let camera = camera(&scene);
+        let settings = RenderSettings {
+            width: 480,
+            height: 300,
+            samples: 4,
+            ..RenderSettings::default()
+        };
+        let start = std::time::Instant::now();
+        let cpu = cpu_picture(&scene, &camera, &settings);
+        let by_cpu = start.elapsed();
+        let gpu = gpu_picture(&scene, &camera, &settings);
+        let by_gpu = start.elapsed() - by_cpu;
+        let (cpu, gpu) = (cpu.radiance(), gpu.radiance());
+        print!("{}: {by_cpu:?} {by_gpu:?}", path.display());
+        for on_edges in [0, 10, 50, 200] {
+            let (bytes, error) = difference(&cpu, &gpu, on_edges);
+            print!(", but {on_edges}: {bytes} {error:.1e}");
+        }
+        println!();
+    }
+}
+
 #[test]
 fn lights_that_add_little_may_be_left_out_and_no_others() {
     let scene = load("quads-98.glb");
