@@ -4,6 +4,8 @@
 mod caller;
 #[path = "shaders_export/es300.rs"]
 mod es300;
+#[path = "shaders_export/host.rs"]
+mod host;
 #[path = "shaders_export/tool.rs"]
 mod tool;
 
@@ -192,6 +194,9 @@ fn hlsl_compiles() {
         caller::c_like(&library, Language::Hlsl)
     );
     write(&folder, "caller.hlsl", &caller);
+    let readme = read(&folder, "README.md");
+    let version = tool::slangc_version();
+    assert!(readme.contains(&format!("slangc {version}")), "{version}");
     let made = folder.path().join("made.spv");
     let made = made.to_str().unwrap();
     for name in ["caller.hlsl", "example.hlsl"] {

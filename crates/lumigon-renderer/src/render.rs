@@ -92,6 +92,26 @@ pub struct Rendering {
 }
 
 impl Rendering {
+    /// All black.
+    pub(crate) fn black(width: u32, height: u32) -> Result<Self, RenderError> {
+        let part = || -> Result<Pixels, RenderError> {
+            let count = width as usize * height as usize;
+            let mut pixels = Pixels::new();
+            pixels
+                .try_reserve_exact(count)
+                .map_err(|_| RenderError::TooLarge { width, height })?;
+            pixels.resize(count, [0.0; 3]);
+            Ok(pixels)
+        };
+        Ok(Self {
+            width,
+            height,
+            emitted: part()?,
+            diffuse: part()?,
+            specular: part()?,
+        })
+    }
+
     /// The sum of the parts.
     #[must_use]
     pub fn radiance(&self) -> Pixels {
@@ -154,6 +174,16 @@ pub enum RenderError {
         least: u64,
         /// The greatest that works.
         greatest: u64,
+    },
+    /// The picture is larger than the memory.
+    #[error(
+        "there is too little memory for a picture of {width} x {height} pixels: render a smaller one"
+    )]
+    TooLarge {
+        /// Pixels across.
+        width: u32,
+        /// Pixels down.
+        height: u32,
     },
     /// [`Watch::cancelled`] was set.
     #[error("interrupted")]

@@ -232,7 +232,7 @@ fn texture(side: u32, wrap: [Wrap; 2], filter: Filter) -> Texture {
             r,
             g,
             b,
-            if (i / side + i % side) % 2 == 0 {
+            if (i / side + i % side).is_multiple_of(2) {
                 255
             } else {
                 10

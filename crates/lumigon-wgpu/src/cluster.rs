@@ -25,7 +25,7 @@ pub struct ClusterRecord {
 ///
 /// Along a Morton curve: Morton, "A Computer Oriented Geodetic Data Base", 1966.
 pub fn sort_by_place(lights: &mut [Light]) {
-    let centers = lights.iter().map(|light| center(light));
+    let centers = lights.iter().map(center);
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for center in centers {
         for axis in 0..3 {

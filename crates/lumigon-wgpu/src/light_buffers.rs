@@ -116,7 +116,7 @@ fn packed(
     let limits = device.limits();
     let limit = limits
         .max_buffer_size
-        .min(u64::from(limits.max_storage_buffer_binding_size));
+        .min(limits.max_storage_buffer_binding_size);
     if needed > limit {
         return Err(TooManyLights {
             lights: lights.len(),

@@ -121,6 +121,9 @@ impl<T: Real> PreparedLtc<T> {
         let has_azimuth = squared.gt(squared.constant(1e-12));
         let (any_tangent, _) = normal.orthonormal_basis();
         let tangent = Vec3::select(has_azimuth, tangent, any_tangent).normalize_or_zero();
+        // Again: seen from close to the normal the difference is short, and what rounding left of
+        // the normal in it would lean a narrow lobe by more than its width.
+        let tangent = (tangent - normal * normal.dot(tangent)).normalize_or_zero();
         let bitangent = normal.cross(tangent);
         let [m11, m13, m31, m33] = ltc.shading_to_cosine;
         let rows = [
@@ -330,6 +333,10 @@ fn clipped_by_both<T: Real>(
     let horizon_chain = Chain::new(Above(lobe.horizon), lobe.lobe_rise, away);
     let world_offsets = Shared::new(light, center.x);
     let center_height = lobe.normal.dot(seen.center);
+    // Both planes are one, as where the view is along the normal: cut twice, by heights rounded
+    // apart, an edge along it would leave the chains' ends apart.
+    let squared_sine = lobe.horizon.x * lobe.horizon.x + lobe.horizon.y * lobe.horizon.y;
+    let one_plane = squared_sine.lt(center.x.constant(1e-12));
     let mut sum = zero;
     for range in light.loop_ranges() {
         let mut start_offset = offsets.get(range.end - 1);
@@ -341,8 +348,11 @@ fn clipped_by_both<T: Real>(
             let end = end_offset + center;
             let end_height = lobe.normal.dot(world_offsets.get(i)) + center_height;
             let along = end_offset - start_offset;
-            let by_lobe = Cut::new(start.z, end.z);
             let by_horizon = Cut::new(start_height, end_height);
+            let by_lobe = Cut::new(
+                T::select(one_plane, start_height, start.z),
+                T::select(one_plane, end_height, end.z),
+            );
             if by_lobe.crosses.any() {
                 let crossing = along.mul_add(by_lobe.at, start);
                 sum += lobe_chain.part(crossing, by_lobe.sign);

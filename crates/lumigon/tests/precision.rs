@@ -221,3 +221,118 @@ fn lobes_near_and_far() {
         "LTC within 3 radii, absolute, times the distance from an edge",
     );
 }
+
+/// A mirror's lobe keeps its direction when it is seen from next to its normal, where the view's
+/// azimuth is short of digits.
+#[test]
+fn views_next_to_the_normal() {
+    let mut random = Random::new(31);
+    let mut worst = Worst::new();
+    // A lobe of width 1e-3 about the view's mirror direction.
+    let narrow = |tilt: f64| -> [f64; 4] {
+        let (sine, cosine) = (tilt.sin(), tilt.cos());
+        [cosine, sine, -1e-3 * sine, 1e-3 * cosine]
+    };
+    for _ in 0..2_000 {
+        let normal = exact(random.direction());
+        let across = normal.cross(random.direction());
+        let across = across * (1.0 / across.length());
+        let view = exact(normal + across * random.log_range(2e-6, 1e-3));
+        let matrix = narrow(1e-4).map(|x| f64::from(x as f32));
+        let ltc = |matrix| Ltc {
+            shading_to_cosine: matrix,
+            amplitude: 1.0,
+            schlick: 0.0,
+        };
+        let lobe = PreparedLtc::new(&ltc(matrix), normal, view);
+        let single_ltc = Ltc {
+            shading_to_cosine: matrix.map(|x| x as f32),
+            amplitude: 1.0,
+            schlick: 0.0,
+        };
+        let got = PreparedLtc::new(&single_ltc, single(normal), single(view));
+        // The normal through both maps: the lobe leans by less than a tenth of its width.
+        let through = |rows: [Vec3<f64>; 3]| rows.map(|row| row.dot(normal));
+        let rows = got
+            .world_to_cosine()
+            .map(|v| Vec3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z)));
+        let (a, b) = (through(rows), through(lobe.world_to_cosine()));
+        let error = (0..3)
+            .map(|i| (a[i] / a[2] - b[i] / b[2]).abs())
+            .fold(0.0, f64::max);
+        // Where rounding has the azimuth itself, as it does closer than 1e-5, only the lean counts.
+        let lean = (a[0].hypot(a[1]) / a[2] - b[0].hypot(b[1]) / b[2]).abs();
+        worst.see(lean.min(error), || format!("{normal:?} {view:?}"));
+    }
+    assert!(worst.error < 0.1, "{} at {}", worst.error, worst.at);
+}
+
+/// An edge along the horizon of a surface that is seen along its normal: both of the lobe's planes
+/// are the same, and cut it once.
+#[test]
+fn an_edge_along_one_horizon() {
+    let mut random = Random::new(32);
+    let mut worst = Worst::new();
+    for _ in 0..2_000 {
+        let normal = exact(random.direction());
+        let along = normal.cross(random.direction());
+        let along = along * (1.0 / along.length());
+        let away = normal.cross(along);
+        let corner = |x: f64, y: f64, z: f64| -> [f64; 3] {
+            exact(along * x + away * y + normal * z).into()
+        };
+        let (near, far) = (random.log_range(0.3, 3.0), random.log_range(0.3, 3.0));
+        let outline = vec![
+            corner(-near, 1.0, 0.0),
+            corner(far, 1.0, 0.0),
+            corner(far, 1.0, 1.0),
+            corner(-near, 1.0, 1.0),
+        ];
+        let light = lumigon::PolygonLight::new(&[outline], Sides::Both).unwrap();
+        let ltc = |like: f64| Ltc {
+            shading_to_cosine: [1.0, 0.0, 0.0, 0.5 + like],
+            amplitude: 1.0,
+            schlick: 0.0,
+        };
+        let point = Vec3::default();
+        let exact_lobe = PreparedLtc::new(&ltc(0.0), normal, normal);
+        let expected = ltc_form_factor(&light, point, &exact_lobe);
+        let single_ltc = Ltc {
+            shading_to_cosine: [1.0_f32, 0.0, 0.0, 0.5],
+            amplitude: 1.0,
+            schlick: 0.0,
+        };
+        let lobe = PreparedLtc::new(&single_ltc, single(normal), single(normal));
+        let light = light.cast::<f32>().unwrap();
+        let got = ltc_form_factor(&light, Vec3::default(), &lobe);
+        worst.see((f64::from(got) - expected).abs(), || format!("{normal:?}"));
+    }
+    assert!(worst.error < 2e-6, "{} at {}", worst.error, worst.at);
+}
+
+/// The pyramid's axis is found in single precision too, where areas are all rounding.
+#[test]
+fn pyramid_axes() {
+    let mut random = Random::new(33);
+    let mut worst = Worst::new();
+    for _ in 0..4_000 {
+        let placed = exact_polygon(robust_kind(&mut random), &mut random);
+        let light = placed.light(Sides::Both);
+        let (_, radius) = light.circumscribed_circle();
+        let point = exact(random.direction() * (radius * random.log_range(0.3, 30.0)));
+        let expected = lumigon::Pyramid::new(&light, point);
+        let got = lumigon::Pyramid::new(&light.cast::<f32>().unwrap(), single(point));
+        let axis = Vec3::new(
+            f64::from(got.axis.x),
+            f64::from(got.axis.y),
+            f64::from(got.axis.z),
+        );
+        // In the light's plane there is no pyramid, and next to it rounding tilts the spread.
+        if expected.area > 1e-3 {
+            let error = (axis - expected.axis).length();
+            worst.see(error, || format!("{point:?} from {placed:?}"));
+        }
+    }
+    println!("axis: {}", worst.error);
+    assert!(worst.error < 5e-5, "{} at {}", worst.error, worst.at);
+}

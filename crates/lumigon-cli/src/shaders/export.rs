@@ -21,8 +21,9 @@ Targets:
   msl         Metal Shading Language 2.1
   spirv       SPIR-V 1.3, every function exported for spirv-link
 
-Each holds the library in one file without entry points or bindings, an example that calls it, the
-fitted tables in formats that the target's engines load, and a README.md with the call sequence.
+Each holds the library in one file without entry points or bindings, an example that calls it, code
+that prepares lights on the host (JavaScript for the web's targets, else C++), the fitted tables in
+formats that the target's engines load, and a README.md with the call sequence.
 
 A folder that holds anything is refused, unless --force: then files of the export replace those of
 the same name, and others stay.
@@ -78,6 +79,8 @@ impl Export {
         write(target.file_name(), &library.export(target)?)?;
         let (example, text) = target.example();
         write(example, text.as_bytes())?;
+        let (host, code) = target.host_code();
+        write(host, code.as_bytes())?;
         if target == Target::Spirv {
             write("example.spv", &library.export_client(text)?)?;
             // Its comments say what the functions do.

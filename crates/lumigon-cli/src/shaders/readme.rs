@@ -13,6 +13,9 @@ struct Readme<'a> {
     language: &'static str,
     library: &'static str,
     example: &'static str,
+    host: &'static str,
+    /// What prepares a light.
+    host_call: &'static str,
     /// What is beside the example, and what it is.
     more_files: &'static [(&'static str, &'static str)],
     /// How a shader takes the library.
@@ -68,6 +71,11 @@ pub(super) fn readme(
         language: target.language(),
         library: target.file_name(),
         example,
+        host: target.host_code().0,
+        host_call: match target {
+            Target::Wgsl | Target::GlslEs300 => "`prepareLight(loops, bothSides)`",
+            _ => "`lumigon_host::prepare_light(loops, both_sides, records)`",
+        },
         more_files: match target {
             Target::Spirv => &[
                 (
@@ -159,7 +167,7 @@ fn inclusion(target: Target) -> &'static str {
              stage."
         }
         Target::Hlsl => {
-            "`#include \"lumigon.hlsl\"`. With DXC, give `-HV 2018`: one function selects between \
+            "`#include \"lumigon.hlsl\"`. With DXC, give `-HV 2018`: the text may select between \
              vectors with `?:`, which later versions of the language keep for scalars."
         }
         Target::Msl => "`#include \"lumigon.metal\"`. All of it is in the namespace `lumigon`.",
@@ -232,10 +240,31 @@ fn loading(target: Target) -> &'static str {
     match target {
         Target::GlslEs300 => {
             "```js\n\
-             const numbers = new Uint16Array(await (await fetch('tables/ggx-32.f16')).arrayBuffer());\n\
+             import { prepareLight } from './prepare_light.js';\n\
+             \n\
+             // The table:\n\
+             const file = await fetch('tables/ggx-32.f16');\n\
+             const numbers = new Uint16Array(await file.arrayBuffer());\n\
+             gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());\n\
              gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, 64, 32, 0, gl.RGBA, gl.HALF_FLOAT, numbers);\n\
              gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);\n\
              gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);\n\
+             \n\
+             // A square light that shines down, and the example's uniforms of it:\n\
+             const square = [[-1, 2, -1], [1, 2, -1], [1, 2, 1], [-1, 2, 1]];\n\
+             const light = prepareLight([square]);\n\
+             const at = (name) => gl.getUniformLocation(program, name);\n\
+             gl.uniform3fv(at('light.center'), light.center);\n\
+             gl.uniform1f(at('light.inverse_radius'), light.inverse_radius);\n\
+             gl.uniform3fv(at('light.normal'), light.normal);\n\
+             gl.uniform1f(at('light.doubled_area'), light.doubled_area);\n\
+             gl.uniform3fv(at('light.centroid_'), light.centroid);\n\
+             gl.uniform1f(at('light.plane_tolerance'), light.plane_tolerance);\n\
+             gl.uniform3fv(at('light.plane_axis'), light.plane_axis);\n\
+             gl.uniform1ui(at('light.both_sides'), light.both_sides);\n\
+             gl.uniform4fv(at('light_vertices'), light.records);\n\
+             gl.uniform1i(at('record_count'), light.records.length / 4);\n\
+             gl.uniform3f(at('radiance'), 10, 10, 10);\n\
              ```\n\n\
              `ggx-anisotropic-16` has four axes: its third and fourth are blocks of rows, row\n\
              (*i3* s2 + *i2*) s1 + *i1*, 24 x 2048 in all."

@@ -74,21 +74,33 @@ fn loops(random: &mut Pcg64Mcg) -> Vec<Vec<[f64; 2]>> {
     loops
 }
 
-fn case(random: &mut Pcg64Mcg) -> Case {
-    let axis = unit(random);
-    let (x, y) = axis.orthonormal_basis();
+/// Loops in space, whose numbers are f32's, within some four radii of the origin: farther away,
+/// rounding of positions would be all that shows.
+pub(crate) fn random_light(random: &mut Pcg64Mcg) -> (Vec<Vec<[f64; 3]>>, Sides) {
+    let (x, y) = unit(random).orthonormal_basis();
     let size = 10.0_f64.powf(random.random_range(-2.0..2.0));
-    // Farther from the origin, rounding of positions would be all that shows.
     let middle = unit(random) * (size * random.random_range(0.0..3.0));
-    let rounded = |v: Vec3<f64>| [v.x as f32, v.y as f32, v.z as f32];
-    let double = |v: [f32; 3]| v.map(f64::from);
-    let in_space = |[u, v]: [f64; 2]| double(rounded(middle + x * (u * size) + y * (v * size)));
-    let loops: Vec<Vec<[f64; 3]>> = loops(random)
+    let in_space = |[u, v]: [f64; 2]| {
+        let vertex = middle + x * (u * size) + y * (v * size);
+        rounded(vertex).map(f64::from)
+    };
+    let loops = loops(random)
         .into_iter()
         .map(|corners| corners.into_iter().map(in_space).collect())
         .collect();
     let sides = [Sides::Front, Sides::Both][usize::from(random.random_bool(0.5))];
+    (loops, sides)
+}
+
+fn rounded(v: Vec3<f64>) -> [f32; 3] {
+    [v.x as f32, v.y as f32, v.z as f32]
+}
+
+fn case(random: &mut Pcg64Mcg) -> Case {
+    let (loops, sides) = random_light(random);
     let exact = PolygonLight::new(&loops, sides).unwrap();
+    let (middle, size) = exact.circumscribed_circle();
+    let axis = exact.normal();
     let distance = 0.2 * 10.0_f64.powf(random.random_range(0.0..3.0));
     let side = if random.random_bool(0.8) { 1.0 } else { -1.0 };
     let lateral = unit(random) * (size * random.random_range(0.0..2.0));

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// Runs a tool that must succeed without a warning; its output.
-fn run(command: &mut Command, mend: &str) -> String {
+pub(crate) fn run(command: &mut Command, mend: &str) -> String {
     let Output {
         status,
         stdout,
@@ -48,6 +48,16 @@ pub(crate) fn slangc(file: &Path, output: &str) {
         .args(["-warnings-disable", "39001,39029"])
         .arg(file);
     run(&mut command, "run ./check, which installs it");
+}
+
+/// What `slangc` calls itself, which it prints where errors go.
+pub(crate) fn slangc_version() -> String {
+    let output = Command::new(python_tool("slangc"))
+        .arg("-v")
+        .output()
+        .unwrap();
+    let printed = [output.stdout, output.stderr].concat();
+    String::from_utf8_lossy(&printed).trim().to_owned()
 }
 
 /// A program in the environment that `check` makes.

@@ -96,14 +96,7 @@ impl<'a> CpuRenderer<'a> {
             })
             .collect();
 
-        let count = width as usize * height as usize;
-        let mut picture = Rendering {
-            width,
-            height,
-            emitted: vec![[0.0; 3]; count],
-            diffuse: vec![[0.0; 3]; count],
-            specular: vec![[0.0; 3]; count],
-        };
+        let mut picture = Rendering::black(width, height)?;
         for tile in tiles {
             let tile = tile.ok_or(RenderError::Cancelled)?;
             for row in 0..tile.height {

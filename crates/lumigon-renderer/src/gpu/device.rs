@@ -1,5 +1,6 @@
 //! A GPU that is ready to work, and how it fails.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -146,11 +147,14 @@ impl Gpu {
             wgpu::ErrorFilter::Internal,
             wgpu::ErrorFilter::OutOfMemory,
         ];
-        let mut scopes = Vec::from(filters.map(|filter| self.device.push_error_scope(filter)));
+        // The last one pushed comes first, also where the work panics.
+        let mut scopes = VecDeque::new();
+        for filter in filters {
+            scopes.push_front(self.device.push_error_scope(filter));
+        }
         let result = work();
         let mut fault = None;
-        // The last one pushed comes first.
-        while let Some(scope) = scopes.pop() {
+        while let Some(scope) = scopes.pop_front() {
             let caught = scope.pop().block_on();
             fault = fault.or(caught);
         }

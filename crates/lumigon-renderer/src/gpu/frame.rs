@@ -9,21 +9,21 @@ use crate::scene::{Camera, Projection};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct FrameRecord {
-    camera_from_world: [[f32; 4]; 3],
-    world_from_camera: [[f32; 4]; 3],
-    camera_position: [f32; 3],
-    scale: f32,
-    half_size: [f32; 2],
-    clip_scale: [f32; 2],
-    clip_shift: [f32; 2],
-    picture_size: [f32; 2],
-    sample_offset: [f32; 2],
-    tile_origin: [u32; 2],
-    tile_size: [u32; 2],
-    depth: f32,
-    is_orthographic: u32,
-    share: f32,
-    padding: [u32; 3],
+    pub(super) camera_from_world: [[f32; 4]; 3],
+    pub(super) world_from_camera: [[f32; 4]; 3],
+    pub(super) camera_position: [f32; 3],
+    pub(super) scale: f32,
+    pub(super) half_size: [f32; 2],
+    pub(super) clip_scale: [f32; 2],
+    pub(super) clip_shift: [f32; 2],
+    pub(super) picture_size: [f32; 2],
+    pub(super) sample_offset: [f32; 2],
+    pub(super) tile_origin: [u32; 2],
+    pub(super) tile_size: [u32; 2],
+    pub(super) depth: f32,
+    pub(super) is_orthographic: u32,
+    pub(super) share: f32,
+    pub(super) padding: [u32; 3],
 }
 
 /// Some pixels of the picture.
@@ -53,7 +53,7 @@ impl View {
         if !affine.is_finite() {
             return None;
         }
-        let position = DVec3::from(Vec3::from(affine.translation).as_dvec3());
+        let position = Vec3::from(affine.translation).as_dvec3();
         let (low, high) = bounds.unwrap_or_default();
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
         let largest = [low, high, position]
@@ -67,7 +67,7 @@ impl View {
             0.0
         };
         let scale = exponent.exp2();
-        let world_from_camera = DMat3::from(affine.matrix3.as_dmat3());
+        let world_from_camera = affine.matrix3.as_dmat3();
         let determinant = world_from_camera.determinant();
         let camera_from_world = if determinant != 0.0 {
             world_from_camera.inverse()

@@ -29,14 +29,14 @@ pub(super) struct Lighting {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct PunctualRecord {
-    position: [f32; 3],
-    kind: u32,
-    direction: [f32; 3],
-    range: f32,
-    color: [f32; 3],
-    outer_cosine: f32,
-    cone_scale: f32,
-    padding: [u32; 3],
+    pub(super) position: [f32; 3],
+    pub(super) kind: u32,
+    pub(super) direction: [f32; 3],
+    pub(super) range: f32,
+    pub(super) color: [f32; 3],
+    pub(super) outer_cosine: f32,
+    pub(super) cone_scale: f32,
+    pub(super) padding: [u32; 3],
 }
 
 impl From<&PunctualLight> for PunctualRecord {

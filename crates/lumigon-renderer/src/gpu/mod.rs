@@ -12,6 +12,8 @@ mod renderer;
 mod scene_buffers;
 mod shader;
 mod shading;
+#[cfg(test)]
+mod surface_parity;
 mod texels;
 mod visibility;
 

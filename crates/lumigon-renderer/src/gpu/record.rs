@@ -46,35 +46,35 @@ pub(super) struct TextureRecord {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TextureUse {
-    columns: [f32; 4],
-    offset: [f32; 2],
-    texture: u32,
-    texcoord: u32,
+    pub(super) columns: [f32; 4],
+    pub(super) offset: [f32; 2],
+    pub(super) texture: u32,
+    pub(super) texcoord: u32,
 }
 
 /// `MaterialRecord` of `surface.wesl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct MaterialRecord {
-    base_color: [f32; 4],
-    emissive: [f32; 3],
-    flags: u32,
-    specular_color: [f32; 3],
-    specular: f32,
-    sheen_color: [f32; 3],
-    sheen_perceptual_roughness: f32,
-    metallic: f32,
-    perceptual_roughness: f32,
-    ior: f32,
-    diffuse_roughness: f32,
-    anisotropy_rotation: [f32; 2],
-    anisotropy_strength: f32,
-    normal_scale: f32,
-    clearcoat: f32,
-    clearcoat_perceptual_roughness: f32,
-    clearcoat_normal_scale: f32,
-    cutoff: f32,
-    textures: [TextureUse; 13],
+    pub(super) base_color: [f32; 4],
+    pub(super) emissive: [f32; 3],
+    pub(super) flags: u32,
+    pub(super) specular_color: [f32; 3],
+    pub(super) specular: f32,
+    pub(super) sheen_color: [f32; 3],
+    pub(super) sheen_perceptual_roughness: f32,
+    pub(super) metallic: f32,
+    pub(super) perceptual_roughness: f32,
+    pub(super) ior: f32,
+    pub(super) diffuse_roughness: f32,
+    pub(super) anisotropy_rotation: [f32; 2],
+    pub(super) anisotropy_strength: f32,
+    pub(super) normal_scale: f32,
+    pub(super) clearcoat: f32,
+    pub(super) clearcoat_perceptual_roughness: f32,
+    pub(super) clearcoat_normal_scale: f32,
+    pub(super) cutoff: f32,
+    pub(super) textures: [TextureUse; 13],
 }
 
 const DOUBLE_SIDED: u32 = 1;

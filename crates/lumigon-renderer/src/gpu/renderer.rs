@@ -12,7 +12,7 @@ use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
 use super::shading::{self, PIXEL, Shading, ShadingRecord, Sums};
 use super::visibility::{Canvas, Visibility};
 use crate::cpu::{check_size, pixel_samples};
-use crate::render::{Pixels, RenderError, RenderSettings, Rendering, Watch};
+use crate::render::{RenderError, RenderSettings, Rendering, Watch};
 use crate::scene::{Camera, EmissivePolygon, Scene};
 
 /// Longest side of a tile, in pixels: what every device can raster.
@@ -47,16 +47,10 @@ pub struct GpuRenderer {
     shading: Shading,
     lighting: Lighting,
     clock: Option<Clock>,
-    /// One picture at a time.
-    studio: Mutex<Studio>,
+    /// One picture at a time; what it was rendered with is kept for the next one.
+    equipment: Mutex<Option<Equipment>>,
+    timings: Mutex<Option<GpuTimings>>,
     largest_tile: Option<[u32; 2]>,
-}
-
-/// What pictures are rendered with, kept for the next one.
-#[derive(Default)]
-struct Studio {
-    equipment: Option<Equipment>,
-    timings: Option<GpuTimings>,
 }
 
 /// Memory for the tiles of a picture.
@@ -88,7 +82,8 @@ impl GpuRenderer {
             scene,
             lighting,
             clock: Clock::new(gpu),
-            studio: Mutex::default(),
+            equipment: Mutex::default(),
+            timings: Mutex::default(),
             largest_tile: None,
         })
     }
@@ -106,7 +101,7 @@ impl GpuRenderer {
     pub fn set_lights(&mut self, lights: &[EmissivePolygon]) -> Result<(), GpuError> {
         let gpu = self.gpu.clone();
         if gpu.guarded("lights", || self.lighting.set_polygons(&gpu, lights))? {
-            lock(&self.studio).equipment = None;
+            *lock(&self.equipment) = None;
         }
         Ok(())
     }
@@ -123,27 +118,20 @@ impl GpuRenderer {
     ) -> Result<Rendering, RenderError> {
         check_size(settings.width, settings.height, settings.samples)?;
         let (width, height) = (settings.width, settings.height);
-        let black: Pixels = vec![[0.0; 3]; width as usize * height as usize];
-        let mut picture = Rendering {
-            width,
-            height,
-            emitted: black.clone(),
-            diffuse: black.clone(),
-            specular: black,
-        };
+        let mut picture = Rendering::black(width, height)?;
         let Some(view) = View::new(camera, [width, height], self.scene.bounds) else {
             return Ok(picture);
         };
-        let mut studio = lock(&self.studio);
-        studio.timings = None;
+        let mut equipment = lock(&self.equipment);
+        *lock(&self.timings) = None;
         let done = self.gpu.guarded("a picture", || {
-            self.render_into(&mut picture, &view, settings, watch, &mut studio)
+            self.render_into(&mut picture, &view, settings, watch, &mut equipment)
         });
         match done {
             Ok(Waited::Done) => Ok(picture),
             Ok(Waited::Cancelled) => Err(RenderError::Cancelled),
             Err(fault) => {
-                studio.equipment = None;
+                *equipment = None;
                 Err(fault.into())
             }
         }
@@ -152,7 +140,7 @@ impl GpuRenderer {
     /// How long the device worked on the last picture; `None` before one, and where it has no clock.
     #[must_use]
     pub fn timings(&self) -> Option<GpuTimings> {
-        lock(&self.studio).timings
+        *lock(&self.timings)
     }
 
     fn render_into(
@@ -161,7 +149,7 @@ impl GpuRenderer {
         view: &View,
         settings: &RenderSettings,
         watch: Watch<'_>,
-        studio: &mut Studio,
+        equipment: &mut Option<Equipment>,
     ) -> Result<Waited, GpuError> {
         let methods = Methods::new(settings);
         let pipeline = self.shading.pipeline(&self.gpu, methods);
@@ -171,10 +159,15 @@ impl GpuRenderer {
         let samples = pixel_samples(settings.samples);
         let share = 1.0 / samples.len() as f32;
         let size = [picture.width, picture.height];
-        let largest = self
-            .largest_tile
-            .unwrap_or_else(|| self.tile_size(size, edges));
-        let equipment = match &mut studio.equipment {
+        let largest = self.largest_tile.unwrap_or_else(|| {
+            let adapter = self.gpu.adapter();
+            let longest = LONGEST_SIDE.min(adapter.largest_texture_side);
+            let most = MOST_PIXELS
+                .min(adapter.largest_storage() / (3 * PIXEL))
+                .min(MOST_WORK / edges);
+            tile_size(size, longest, most)
+        });
+        let equipment = match equipment {
             Some(kept) if kept.tile == largest => kept,
             other => other.insert(self.equip(largest)),
         };
@@ -240,7 +233,7 @@ impl GpuRenderer {
                 (watch.progress)(done, total);
             }
         }
-        studio.timings = timings;
+        *lock(&self.timings) = timings;
         Ok(Waited::Done)
     }
 
@@ -282,21 +275,6 @@ impl GpuRenderer {
         self.lighting.edges.clamp(1, most)
     }
 
-    /// Most pixels across and down that the device works on at once.
-    fn tile_size(&self, [width, height]: [u32; 2], edges: u64) -> [u32; 2] {
-        let adapter = self.gpu.adapter();
-        let longest = LONGEST_SIDE.min(adapter.largest_texture_side);
-        let most = MOST_PIXELS
-            .min(adapter.largest_storage() / (3 * PIXEL))
-            .min(MOST_WORK / edges)
-            .max(64 * 64);
-        // As square as it can be, so that few edges of the scene are in two tiles.
-        let side = (most.isqrt() as u32).min(longest);
-        let across = width.min(side.max((most / u64::from(height)).min(longest.into()) as u32));
-        let down = height.min(((most / u64::from(across)) as u32).min(longest));
-        [across, down]
-    }
-
     fn equip(&self, tile: [u32; 2]) -> Equipment {
         let pixels = u64::from(tile[0]) * u64::from(tile[1]);
         let canvas = Canvas::new(&self.gpu, tile);
@@ -313,6 +291,18 @@ impl GpuRenderer {
             }),
         }
     }
+}
+
+/// Pixels across and down of a tile of at most `most` pixels, or of a workgroup's few; none of its
+/// sides is longer than `longest`.
+fn tile_size([width, height]: [u32; 2], longest: u32, most: u64) -> [u32; 2] {
+    let most = most.max(64 * 64);
+    // As wide as it may be where that makes it the whole picture, else square: few triangles are in
+    // several tiles.
+    let side = (most.isqrt() as u32).max((most / u64::from(height)).min(longest.into()) as u32);
+    let across = width.min(side).min(longest);
+    let down = (most / u64::from(across)).min(longest.into()) as u32;
+    [across, height.min(down)]
 }
 
 impl Equipment {
@@ -348,5 +338,103 @@ impl Tile {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::GpuPreference;
+
+    fn cornell() -> Scene {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+        Scene::load(folder.join("../../scenes/cornell.glb")).unwrap()
+    }
+
+    #[test]
+    fn tiles_hold_whole_pictures_where_they_may() {
+        assert_eq!(tile_size([1440, 900], 2048, 1 << 21), [1440, 900]);
+        assert_eq!(tile_size([900, 1440], 2048, 1 << 21), [900, 1440]);
+        assert_eq!(tile_size([1, 1], 2048, 1 << 21), [1, 1]);
+        assert_eq!(tile_size([32_768, 1], 2048, 1 << 21), [2048, 1]);
+        assert_eq!(tile_size([1440, 900], 2048, 1), [64, 64]);
+        for size in [[32_768, 32_768], [32_768, 3], [3, 32_768], [5000, 700]] {
+            let [across, down] = tile_size(size, 2048, 1 << 21);
+            assert!(across.max(down) <= 2048 && across * down <= 1 << 21);
+            assert!(across * down >= (size[0] * size[1]).min(6000));
+        }
+    }
+
+    #[test]
+    fn tiles_make_the_same_picture() {
+        let gpu = Gpu::new(GpuPreference::Any).unwrap();
+        let scene = cornell();
+        let settings = RenderSettings {
+            width: 61,
+            height: 40,
+            samples: 3,
+            ..RenderSettings::default()
+        };
+        let mut renderer = GpuRenderer::new(&gpu, &scene).unwrap();
+        let render = |renderer: &GpuRenderer| {
+            let picture = renderer.render(&scene.cameras[0], &settings, Watch::none());
+            picture.unwrap().radiance()
+        };
+        let whole = render(&renderer);
+        for tile in [[13, 7], [61, 1], [1, 40], [64, 64]] {
+            renderer.largest_tile = Some(tile);
+            let tiled = render(&renderer);
+            let differs = |(a, b): (&[f32; 3], &[f32; 3])| {
+                let pairs = a.iter().zip(b);
+                pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) > 1e-3
+            };
+            let differing = whole.iter().zip(&tiled).filter(|&pair| differs(pair));
+            let count = differing.count();
+            assert!(count <= 6, "tiles of {tile:?}: {count} pixels differ");
+        }
+    }
+
+    #[test]
+    fn the_longest_pictures() {
+        let gpu = Gpu::new(GpuPreference::Any).unwrap();
+        let scene = cornell();
+        let renderer = GpuRenderer::new(&gpu, &scene).unwrap();
+        for (width, height) in [(32_768, 2), (2, 32_768)] {
+            let settings = RenderSettings {
+                width,
+                height,
+                samples: 1,
+                ..RenderSettings::default()
+            };
+            let picture = renderer.render(&scene.cameras[0], &settings, Watch::none());
+            let radiance = picture.unwrap().radiance();
+            assert_eq!(radiance.len(), 65_536);
+            assert!(radiance.iter().any(|pixel| *pixel != [0.0; 3]));
+        }
+    }
+
+    #[test]
+    fn a_lost_device_is_an_error() {
+        let gpu = Gpu::new(GpuPreference::Any).unwrap();
+        let scene = cornell();
+        let mut renderer = GpuRenderer::new(&gpu, &scene).unwrap();
+        let settings = RenderSettings {
+            width: 16,
+            height: 16,
+            ..RenderSettings::default()
+        };
+        let render =
+            |renderer: &GpuRenderer| renderer.render(&scene.cameras[0], &settings, Watch::none());
+        render(&renderer).unwrap();
+        gpu.device().destroy();
+        let fault = render(&renderer).unwrap_err();
+        assert!(
+            matches!(fault, RenderError::Gpu(GpuError::Lost { .. })),
+            "{fault}"
+        );
+        let fault = renderer.set_lights(&scene.polygon_lights).unwrap_err();
+        assert!(matches!(fault, GpuError::Lost { .. }), "{fault}");
+        let fault = GpuRenderer::new(&gpu, &scene).err().unwrap();
+        assert!(matches!(fault, GpuError::Lost { .. }), "{fault}");
     }
 }

@@ -48,7 +48,7 @@ pub(super) const DRAWN: [Drawn; 3] = [
 ];
 
 impl Drawn {
-    fn of(material: &Material) -> Self {
+    pub(super) fn of(material: &Material) -> Self {
         match material.alpha_mode {
             AlphaMode::Mask { .. } => Self::WhereOpaque,
             _ if material.double_sided => Self::FromBothSides,

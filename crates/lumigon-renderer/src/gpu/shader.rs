@@ -76,3 +76,124 @@ pub(super) fn scene_constants(features: Features) -> [(&'static str, f64); 7] {
     ]
     .map(|(name, has)| (name, f64::from(u8::from(has))))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::mem::offset_of;
+
+    use lumigon_wgpu::ClusterRecord;
+
+    use super::super::frame::FrameRecord;
+    use super::super::lighting::PunctualRecord;
+    use super::super::record::{
+        MaterialRecord, MeshRecord, TextureRecord, TextureUse, TriangleRecord,
+    };
+    use super::super::shading::ShadingRecord;
+    use super::*;
+
+    fn parsed(root: &str) -> naga::Module {
+        let text = wgsl(root).unwrap();
+        let module = naga::front::wgsl::parse_str(&text)
+            .unwrap_or_else(|fault| panic!("{}", fault.emit_to_string(&text)));
+        naga::valid::Validator::new(
+            naga::valid::ValidationFlags::all(),
+            naga::valid::Capabilities::empty(),
+        )
+        .validate(&module)
+        .unwrap();
+        module
+    }
+
+    /// Each member's name and offset.
+    fn layout<'a>(module: &'a naga::Module, name: &str) -> Vec<(&'a str, usize)> {
+        let found = module.types.iter().find_map(|(_, ty)| match &ty.inner {
+            naga::TypeInner::Struct { members, .. } if ty.name.as_deref() == Some(name) => Some(
+                members
+                    .iter()
+                    .map(|m| (m.name.as_deref().unwrap_or_default(), m.offset as usize))
+                    .collect(),
+            ),
+            _ => None,
+        });
+        found.unwrap_or_else(|| panic!("the shaders have no struct {name}"))
+    }
+
+    fn stride(module: &naga::Module, list: &str) -> usize {
+        let (_, variable) = module
+            .global_variables
+            .iter()
+            .find(|(_, variable)| variable.name.as_deref() == Some(list))
+            .unwrap_or_else(|| panic!("the shaders have no {list}"));
+        match module.types[variable.ty].inner {
+            naga::TypeInner::Array { stride, .. } => stride as usize,
+            naga::TypeInner::Struct { span, .. } => span as usize,
+            ref other => panic!("{list} is {other:?}"),
+        }
+    }
+
+    macro_rules! offsets {
+        ($record:ty: $($member:ident),* $(,)?) => {
+            vec![$((stringify!($member), offset_of!($record, $member))),*]
+        };
+    }
+
+    #[test]
+    fn records_are_laid_out_as_the_shaders_have_them() {
+        let shade = parsed(SHADE);
+        parsed(VISIBILITY);
+        for (name, expected) in [
+            (
+                "Frame",
+                offsets!(FrameRecord: camera_from_world, world_from_camera, camera_position, scale,
+                    half_size, clip_scale, clip_shift, picture_size, sample_offset, tile_origin,
+                    tile_size, depth, is_orthographic, share),
+            ),
+            ("TriangleRecord", offsets!(TriangleRecord: corners, mesh)),
+            (
+                "MeshRecord",
+                offsets!(MeshRecord: material, first_vertex, first_number, stride, normal, tangent,
+                    color, texcoord),
+            ),
+            (
+                "TextureRecord",
+                offsets!(TextureRecord: first_word, width, height, format, wrap, is_linear),
+            ),
+            (
+                "TextureUse",
+                offsets!(TextureUse: columns, offset, texture, texcoord),
+            ),
+            (
+                "MaterialRecord",
+                offsets!(MaterialRecord: base_color, emissive, flags, specular_color, specular,
+                    sheen_color, sheen_perceptual_roughness, metallic, perceptual_roughness, ior,
+                    diffuse_roughness, anisotropy_rotation, anisotropy_strength, normal_scale,
+                    clearcoat, clearcoat_perceptual_roughness, clearcoat_normal_scale, cutoff,
+                    textures),
+            ),
+            (
+                "PunctualLight",
+                offsets!(PunctualRecord: position, kind, direction, range, color, outer_cosine,
+                    cone_scale),
+            ),
+            (
+                "Shading",
+                offsets!(ShadingRecord: light_bound, bias, punctual_count, share),
+            ),
+            ("Cluster", offsets!(ClusterRecord: center, radius, power)),
+        ] {
+            assert_eq!(layout(&shade, name), expected, "{name}");
+        }
+        for (list, expected) in [
+            ("frame", size_of::<FrameRecord>()),
+            ("triangles", size_of::<TriangleRecord>()),
+            ("meshes", size_of::<MeshRecord>()),
+            ("textures", size_of::<TextureRecord>()),
+            ("materials", size_of::<MaterialRecord>()),
+            ("punctual_lights", size_of::<PunctualRecord>()),
+            ("shading", size_of::<ShadingRecord>()),
+            ("clusters", size_of::<ClusterRecord>()),
+        ] {
+            assert_eq!(stride(&shade, list), expected, "{list}");
+        }
+    }
+}

@@ -19,10 +19,10 @@ const WORKGROUP: u32 = 8;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct ShadingRecord {
-    light_bound: f32,
-    bias: f32,
-    punctual_count: u32,
-    share: f32,
+    pub(super) light_bound: f32,
+    pub(super) bias: f32,
+    pub(super) punctual_count: u32,
+    pub(super) share: f32,
 }
 
 impl ShadingRecord {

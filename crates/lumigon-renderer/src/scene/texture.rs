@@ -63,7 +63,7 @@ pub struct Texture {
 }
 
 impl Texture {
-    pub(super) fn new(
+    pub(crate) fn new(
         name: String,
         [width, height]: [u32; 2],
         texels: Arc<Texels>,

@@ -29,7 +29,7 @@ mod tests {
     }
 
     /// The lines over a definition that starts with `start` where the margin is.
-    fn comment_over<'a>(text: &'a str, is_start: impl Fn(&str) -> bool) -> Option<Vec<&'a str>> {
+    fn comment_over(text: &str, is_start: impl Fn(&str) -> bool) -> Option<Vec<&str>> {
         let lines: Vec<&str> = text.lines().collect();
         let at = lines.iter().position(|line| is_start(line))?;
         let mut comment: Vec<_> = lines[..at]

@@ -62,8 +62,22 @@ impl Target {
             Self::Glsl450 => ("example.frag", include_str!("examples/example.frag")),
             Self::Hlsl => ("example.hlsl", include_str!("examples/example.hlsl")),
             Self::Msl => ("example.metal", include_str!("examples/example.metal")),
-            // Compiled: see [`super::Library::export_example`].
+            // In SPIR-V too: `Library::export_client`.
             Self::Spirv => ("example.wgsl", include_str!("examples/example.wgsl")),
+        }
+    }
+
+    /// What prepares lights on the host, in a language that goes with the target: its file's name
+    /// and its text.
+    #[must_use]
+    pub fn host_code(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Wgsl | Self::GlslEs300 => {
+                ("prepare_light.js", include_str!("host/prepare_light.js"))
+            }
+            Self::Glsl450 | Self::Hlsl | Self::Msl | Self::Spirv => {
+                ("prepare_light.hpp", include_str!("host/prepare_light.hpp"))
+            }
         }
     }
 }

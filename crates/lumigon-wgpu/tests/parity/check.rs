@@ -6,6 +6,7 @@ use crate::cases::{Cases, Sight, Subject, cases, double};
 use crate::compare::Worst;
 use crate::gpu::{Place, evaluate};
 use crate::polygons::Vector;
+use crate::tolerances::is_comparable;
 
 fn all() -> Cases {
     cases(71, 150, 96)
@@ -65,4 +66,36 @@ fn check_all<const N: usize>(
         }
     }
     worst.finish(cases.places.len() / 3);
+}
+
+/// A bound that a light may not pass at any place, from the same arguments; `exact` is the light's
+/// own.
+pub(crate) fn check_bound(
+    name: &'static str,
+    body: &str,
+    exact: impl Fn(&Subject, Vector, Vector, &Place) -> f64,
+) {
+    let cases = all();
+    let values = evaluate(name, body, &cases.lights(), &cases.places);
+    let (mut lit, mut tightest) = (0, f64::INFINITY);
+    for (place, values) in cases.places.iter().zip(&values) {
+        let subject = cases.subject(place);
+        let sight = subject.sight(place);
+        let exact = exact(subject, double(place.point), double(place.normal), place);
+        let bound = f64::from(values[0]);
+        // On which side of the plane or the horizon a place is, rounding decides; and a light that a
+        // horizon cuts is known to 1e-13.
+        let is_seen = is_comparable(&sight) && (sight.height + 1.0).abs() > 1e-6 * sight.distance;
+        let exact = exact - 1e-12;
+        if is_seen && exact > 0.0 {
+            assert!(
+                bound >= exact * (1.0 - 1e-5),
+                "{name}: {bound} bounds {exact}, at {place:?} {sight:?} {subject:?}"
+            );
+            lit += 1;
+            tightest = tightest.min(bound / exact);
+        }
+    }
+    println!("{name}: {lit} compared, the tightest {tightest:.4} times what is bounded");
+    assert!(lit > 1_000, "{name}: only {lit} compared");
 }

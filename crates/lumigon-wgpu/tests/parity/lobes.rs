@@ -1,9 +1,11 @@
 //! Linearly transformed cosines.
 
-use lumigon::{AnisotropicLtc, Ltc, PreparedLtc, ltc_form_factor, ltc_form_factor_bound};
+use lumigon::{
+    AnisotropicLtc, Ltc, PreparedLtc, irradiance, ltc_form_factor, ltc_form_factor_bound,
+};
 
 use crate::cases::{Subject, double};
-use crate::check::{check, check_light};
+use crate::check::{check, check_bound, check_light};
 use crate::gpu::Place;
 use crate::tolerances::{ALBEDO, lobe, lobe_bound, lobe_density, lobe_direction};
 
@@ -136,6 +138,58 @@ fn ltc_form_factor_bound_is_the_cpu_s() {
         },
         |subject, place, sight, exact| {
             lobe_bound(subject, place, sight, &prepared(subject, place), exact[0])
+        },
+    );
+}
+
+/// Of a light; and of a cluster of one light, the sphere about it and its area.
+#[test]
+fn bounds_hold() {
+    let light = "lights.list[place.light].polygon";
+    let bound = |call: &str| {
+        format!(
+            "fn evaluate(place: Place) -> array<vec4f, 3> {{ return one(package::bound::{call}); }}"
+        )
+    };
+    check_bound(
+        "irradiance_bound over irradiance",
+        &bound(&format!(
+            "irradiance_bound({light}, place.point, place.normal)"
+        )),
+        |subject, point, normal, _| irradiance(&subject.light, point, normal),
+    );
+    check_bound(
+        "ltc_form_factor_bound over ltc_form_factor",
+        &bound(&format!(
+            "ltc_form_factor_bound({light}, place.point, {PREPARE})"
+        )),
+        |subject, point, _, place| {
+            ltc_form_factor(&subject.light, point, &prepared(subject, place))
+        },
+    );
+    let body = |call: &str| {
+        format!(
+            "fn evaluate(place: Place) -> array<vec4f, 3> {{
+                let light = lights.list[place.light].polygon;
+                let radius = 1.0 / light.inverse_radius;
+                let power = 0.5 * light.doubled_area * radius * radius;
+                let center = light.center - place.point;
+                return one(package::bound::{call});
+            }}"
+        )
+    };
+    check_bound(
+        "cluster_irradiance_bound",
+        &body("cluster_irradiance_bound(center, radius, power, place.normal)"),
+        |subject, point, normal, _| irradiance(&subject.light, point, normal),
+    );
+    check_bound(
+        "cluster_ltc_bound",
+        &body(&format!(
+            "cluster_ltc_bound(center, radius, power, {PREPARE})"
+        )),
+        |subject, point, _, place| {
+            ltc_form_factor(&subject.light, point, &prepared(subject, place))
         },
     );
 }

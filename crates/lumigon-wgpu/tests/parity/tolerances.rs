@@ -296,18 +296,6 @@ pub(crate) fn lobe(
         let relative = 3e-6 * sight.edges * sight.distance / distance;
         return Some(relative / (distance * distance) + 1e-37);
     }
-    // Both planes are one where the view is along the normal; an edge along both is clipped by each
-    // as rounding says, and the chains do not meet.
-    let [x, y, z] = lobe.world_to_cosine();
-    let lean = y
-        .cross(z)
-        .dot(double(place.normal))
-        .hypot(z.cross(x).dot(double(place.normal)));
-    let area = x.cross(y).dot(double(place.normal));
-    let rounding = 1e-4 * sight.distance.max(1.0);
-    if lean < 1e-5 * area.abs() && sight.height.abs() < 1.0 && lowest.abs() < rounding.max(1e-2) {
-        return None;
-    }
     Some(2e-6 * sight.edges * reach / nearness.min(reach))
 }
 
