@@ -147,16 +147,20 @@ mod tests {
     use super::*;
 
     /// Checked by naga, with no GPU.
-    fn parsed(text: &str) -> naga::Module {
+    fn validated(text: &str) -> (naga::Module, naga::valid::ModuleInfo) {
         let module = naga::front::wgsl::parse_str(text)
             .unwrap_or_else(|fault| panic!("{}", fault.emit_to_string(text)));
-        naga::valid::Validator::new(
+        let info = naga::valid::Validator::new(
             naga::valid::ValidationFlags::all(),
             naga::valid::Capabilities::empty(),
         )
         .validate(&module)
         .unwrap_or_else(|fault| panic!("{}", fault.emit_to_string(text)));
-        module
+        (module, info)
+    }
+
+    fn parsed(text: &str) -> naga::Module {
+        validated(text).0
     }
 
     fn function_names(module: &naga::Module) -> Vec<&str> {
@@ -218,6 +222,24 @@ mod tests {
             assert!(!text.contains(word), "{word}");
         }
         assert!(!function_names(&parsed(&text)).is_empty());
+    }
+
+    /// naga writes it as `?:`, which HLSL since 2021 keeps for single truths.
+    #[test]
+    fn nothing_is_selected_by_a_vector() {
+        let (module, info) = validated(&library().unwrap());
+        let mut count = 0;
+        for (handle, function) in module.functions.iter() {
+            for (_, expression) in function.expressions.iter() {
+                if let naga::Expression::Select { condition, .. } = expression {
+                    let kind = info[handle][*condition].ty.inner_with(&module.types);
+                    let name = &function.name;
+                    assert!(matches!(kind, naga::TypeInner::Scalar(_)), "{name:?}");
+                    count += 1;
+                }
+            }
+        }
+        assert!(count > 20);
     }
 
     /// naga adds an underscore to names that end in a digit, and suffixes names that clash.

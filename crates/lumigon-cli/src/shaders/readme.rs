@@ -169,10 +169,7 @@ fn inclusion(target: Target) -> &'static str {
              glslang and shaderc have it), or paste it there. It needs no extension, and works in any \
              stage."
         }
-        Target::Hlsl => {
-            "`#include \"lumigon.hlsl\"`. With DXC, give `-HV 2018`: the text may select between \
-             vectors with `?:`, which later versions of the language keep for scalars."
-        }
+        Target::Hlsl => "`#include \"lumigon.hlsl\"`. Shader model 6.0 or later.",
         Target::Msl => "`#include \"lumigon.metal\"`. All of it is in the namespace `lumigon`.",
         Target::Spirv => {
             "`lumigon.spv` is a module without entry points that exports every function under its \
