@@ -4,13 +4,15 @@ use std::sync::Mutex;
 
 use super::clock::Clock;
 use super::device::{Gpu, Waited, lock};
+use super::equipment::Equipment;
 use super::error::GpuError;
-use super::frame::{Tile, View, tiles};
+use super::frame::View;
 use super::lighting::Lighting;
 use super::methods::Methods;
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
-use super::shading::{self, PIXEL, Shading, ShadingRecord, Sums};
-use super::visibility::{Canvas, Visibility};
+use super::shading::{self, PIXEL, Shading, ShadingRecord};
+use super::tile::{Tile, tile_size, tiles};
+use super::visibility::Visibility;
 use crate::cpu::{check_size, pixel_samples};
 use crate::render::{RenderError, RenderSettings, Rendering, Watch};
 use crate::scene::{Camera, EmissivePolygon, Scene};
@@ -51,15 +53,6 @@ pub struct GpuRenderer {
     equipment: Mutex<Option<Equipment>>,
     timings: Mutex<Option<GpuTimings>>,
     largest_tile: Option<[u32; 2]>,
-}
-
-/// Memory for the tiles of a picture.
-struct Equipment {
-    tile: [u32; 2],
-    canvas: Canvas,
-    ids: wgpu::BindGroup,
-    sums: Sums,
-    read: wgpu::Buffer,
 }
 
 impl GpuRenderer {
@@ -169,7 +162,12 @@ impl GpuRenderer {
         });
         let equipment = match equipment {
             Some(kept) if kept.tile == largest => kept,
-            other => other.insert(self.equip(largest)),
+            other => other.insert(Equipment::new(
+                &self.gpu,
+                &self.shading,
+                &self.lighting,
+                largest,
+            )),
         };
         let pixels = u64::from(largest[0]) * u64::from(largest[1]);
         let work = pixels.saturating_mul(edges);
@@ -274,71 +272,6 @@ impl GpuRenderer {
         };
         self.lighting.edges.clamp(1, most)
     }
-
-    fn equip(&self, tile: [u32; 2]) -> Equipment {
-        let pixels = u64::from(tile[0]) * u64::from(tile[1]);
-        let canvas = Canvas::new(&self.gpu, tile);
-        Equipment {
-            tile,
-            ids: self.shading.ids(&self.gpu, &canvas.ids),
-            canvas,
-            sums: self.shading.sums(&self.gpu, &self.lighting, pixels),
-            read: self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
-                label: Some("read pixels"),
-                size: 3 * pixels * PIXEL,
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
-        }
-    }
-}
-
-/// Pixels across and down of a tile of at most `most` pixels, or of a workgroup's few; none of its
-/// sides is longer than `longest`.
-fn tile_size([width, height]: [u32; 2], longest: u32, most: u64) -> [u32; 2] {
-    let most = most.max(64 * 64);
-    // As wide as it may be where that makes it the whole picture, else square: few triangles are in
-    // several tiles.
-    let side = (most.isqrt() as u32).max((most / u64::from(height)).min(longest.into()) as u32);
-    let across = width.min(side).min(longest);
-    let down = (most / u64::from(across)).min(longest.into()) as u32;
-    [across, height.min(down)]
-}
-
-impl Equipment {
-    /// Copies a finished tile to where it can be read: its three parts, one after the other.
-    fn copy_out(&self, encoder: &mut wgpu::CommandEncoder, tile: Tile) -> wgpu::BufferSlice<'_> {
-        let bytes = u64::from(tile.size[0]) * u64::from(tile.size[1]) * PIXEL;
-        for (i, part) in (0..).zip(&self.sums.parts) {
-            encoder.copy_buffer_to_buffer(part, 0, &self.read, i * bytes, bytes);
-        }
-        self.read.slice(..3 * bytes)
-    }
-}
-
-impl Tile {
-    /// Puts the tile's three parts where they belong.
-    fn write(&self, bytes: &[u8], picture: &mut Rendering) {
-        let [width, height] = self.size.map(|x| x as usize);
-        let [x, y] = self.origin.map(|x| x as usize);
-        let row_length = picture.width as usize;
-        let parts = [
-            &mut picture.emitted,
-            &mut picture.diffuse,
-            &mut picture.specular,
-        ];
-        let row_bytes = width * PIXEL as usize;
-        for (to, from) in parts.into_iter().zip(bytes.chunks(height * row_bytes)) {
-            for (row, from) in from.chunks(row_bytes).enumerate() {
-                let start = (y + row) * row_length + x;
-                let to = &mut to[start..start + width];
-                for (to, from) in to.iter_mut().zip(from.chunks(PIXEL as usize)) {
-                    let [r, g, b, _]: [f32; 4] = bytemuck::pod_read_unaligned(from);
-                    *to = [r, g, b];
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -349,20 +282,6 @@ mod tests {
     fn cornell() -> Scene {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         Scene::load(folder.join("../../scenes/cornell.glb")).unwrap()
-    }
-
-    #[test]
-    fn tiles_hold_whole_pictures_where_they_may() {
-        assert_eq!(tile_size([1440, 900], 2048, 1 << 21), [1440, 900]);
-        assert_eq!(tile_size([900, 1440], 2048, 1 << 21), [900, 1440]);
-        assert_eq!(tile_size([1, 1], 2048, 1 << 21), [1, 1]);
-        assert_eq!(tile_size([32_768, 1], 2048, 1 << 21), [2048, 1]);
-        assert_eq!(tile_size([1440, 900], 2048, 1), [64, 64]);
-        for size in [[32_768, 32_768], [32_768, 3], [3, 32_768], [5000, 700]] {
-            let [across, down] = tile_size(size, 2048, 1 << 21);
-            assert!(across.max(down) <= 2048 && across * down <= 1 << 21);
-            assert!(across * down >= (size[0] * size[1]).min(6000));
-        }
     }
 
     #[test]
