@@ -2,6 +2,7 @@
 
 use std::sync::Mutex;
 
+use super::AdapterKind;
 use super::clock::Clock;
 use super::device::{Gpu, Waited, lock};
 use super::equipment::Equipment;
@@ -23,9 +24,15 @@ const LONGEST_SIDE: u32 = 2048;
 /// Most pixels of a tile: its memory stays below 200 MB.
 const MOST_PIXELS: u64 = 1 << 21;
 
-/// Edges times pixels of one submission. Drivers take a device for hung after some two seconds,
-/// which slow ones would need for ten times as many; fast ones need some for their full speed.
-const MOST_WORK: u64 = 1 << 33;
+/// Most edges times pixels of one submission. Drivers take a device for hung after some two seconds;
+/// fast devices are fast where they have much to do.
+fn most_work(kind: AdapterKind) -> u64 {
+    match kind {
+        AdapterKind::Discrete | AdapterKind::Virtual => 1 << 34,
+        AdapterKind::Integrated | AdapterKind::Other => 1 << 31,
+        AdapterKind::Software => 1 << 28,
+    }
+}
 
 /// Edges of the lights that are left of many where those that add little are left out, about.
 const MOST_COUNTING_EDGES: u64 = 1000;
@@ -147,6 +154,7 @@ impl GpuRenderer {
         let methods = Methods::new(settings);
         let pipeline = self.shading.pipeline(&self.gpu, methods);
         let edges = self.edges(methods);
+        let most_work = most_work(self.gpu.adapter().kind);
         self.shading
             .set(&self.gpu, ShadingRecord::new(settings, &self.lighting));
         let samples = pixel_samples(settings.samples);
@@ -157,7 +165,7 @@ impl GpuRenderer {
             let longest = LONGEST_SIDE.min(adapter.largest_texture_side);
             let most = MOST_PIXELS
                 .min(adapter.largest_storage() / (3 * PIXEL))
-                .min(MOST_WORK / edges);
+                .min(most_work / edges);
             tile_size(size, longest, most)
         });
         let equipment = match equipment {
@@ -171,7 +179,7 @@ impl GpuRenderer {
         };
         let pixels = u64::from(largest[0]) * u64::from(largest[1]);
         let work = pixels.saturating_mul(edges);
-        let at_once = (MOST_WORK / work).clamp(1, FRAMES as u64) as usize;
+        let at_once = (most_work / work).clamp(1, FRAMES as u64) as usize;
         let tiles = tiles(size, largest);
         let total = (tiles.len() * samples.len().div_ceil(at_once)) as u64;
         let mut done = 0;
