@@ -93,7 +93,8 @@ struct Method {
     backend: BackendChoice,
     /// Leave out lights that add less than this radiance to a pixel, each of them; GPUs alone do
     /// so, and only for --diffuse exact and --specular ltc, ltc-2 or none [default: 0, none]
-    #[arg(long, value_name = "RADIANCE", conflicts_with = "reference", value_parser = light_bound)]
+    #[arg(long, value_name = "RADIANCE", conflicts_with = "reference",
+        allow_negative_numbers = true, value_parser = light_bound)]
     light_bound: Option<f32>,
     /// What --specular reflected takes for inside [default: crossing-number]
     #[arg(long, value_enum, value_name = "RULE", requires = "specular")]

@@ -46,9 +46,8 @@ fn read_png(path: &Path) -> image::RgbImage {
 fn differing_off_silhouettes(a: &image::RgbImage, b: &image::RgbImage) -> Vec<(u32, u32)> {
     assert_eq!(a.dimensions(), b.dimensions());
     let (width, height) = a.dimensions();
-    let apart = |p: &image::Rgb<u8>, q: &image::Rgb<u8>| {
-        (0..3).map(|c| p[c].abs_diff(q[c])).max().unwrap()
-    };
+    let apart =
+        |p: &image::Rgb<u8>, q: &image::Rgb<u8>| (0..3).map(|c| p[c].abs_diff(q[c])).max().unwrap();
     let mut differing = Vec::new();
     for (x, y, pixel) in a.enumerate_pixels() {
         let around = [
@@ -78,7 +77,10 @@ fn every_backend_renders_the_same_picture() {
             let output = run(&line, folder.path());
             assert!(output.status.success(), "{MEND}: {}", text(&output.stderr));
             let said = text(&output.stdout).to_owned();
-            (read_png(&folder.path().join(format!("{backend}.png"))), said)
+            (
+                read_png(&folder.path().join(format!("{backend}.png"))),
+                said,
+            )
         };
         let (cpu, said) = render("cpu");
         assert!(said.contains(" on the CPU, "), "{said}");
@@ -187,7 +189,10 @@ fn gpus_are_listed_or_said_to_be_missing() {
     let [auto, gpu] = &backends(said)[..] else {
         panic!("{said}");
     };
-    assert!(auto.starts_with("auto: ") && gpu.starts_with("gpu: "), "{said}");
+    assert!(
+        auto.starts_with("auto: ") && gpu.starts_with("gpu: "),
+        "{said}"
+    );
     assert!(!gpu.contains("nothing"), "{said}");
 
     let output = run("gpu info --json", folder.path());

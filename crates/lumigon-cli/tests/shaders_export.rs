@@ -227,11 +227,66 @@ fn spirv_links() {
                 &path("linked.spv"),
             ],
         );
+        let linked = path("linked.spv");
+        spirv_tool("spirv-val", &["--target-env", "vulkan1.1", &linked]);
+        // As the README says.
+        let optimised = path("linked.opt.spv");
         spirv_tool(
-            "spirv-val",
-            &["--target-env", "vulkan1.1", &path("linked.spv")],
+            "spirv-opt",
+            &["-O", "--strip-debug", &linked, "-o", &optimised],
         );
+        spirv_tool("spirv-val", &["--target-env", "vulkan1.1", &optimised]);
     }
+}
+
+/// The example calls what the library then has, so that compilers say whether both have the prefix.
+#[test]
+fn prefixed_exports_compile() {
+    let prefixed = |target: &str| {
+        let folder = TempDir::new().unwrap();
+        let output = lumigon(&["--target", target, "--prefix", "our_"], folder.path());
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{errors}");
+        let readme = read(&folder, "README.md");
+        assert!(readme.contains("`our_begin_irradiance`"), "{target}");
+        assert!(!readme.contains("`begin_irradiance`"), "{target}");
+        folder
+    };
+    let folder = prefixed("wgsl");
+    let text = read(&folder, "lumigon.wgsl") + &read(&folder, "example.wgsl");
+    parse_wgsl(&text);
+    let folder = prefixed("glsl-es300");
+    let example = joined(
+        &read(&folder, "example.frag"),
+        &read(&folder, "lumigon.glsl"),
+    );
+    glslang(&["-S", "frag"], &write(&folder, "joined.frag", &example));
+    let folder = prefixed("glsl450");
+    let example = joined(
+        &read(&folder, "example.frag"),
+        &read(&folder, "lumigon.glsl"),
+    );
+    glslang(&["-S", "frag"], &write(&folder, "joined.frag", &example));
+    let folder = prefixed("hlsl");
+    let made = folder.path().join("made.spv");
+    slangc(&folder.path().join("example.hlsl"), made.to_str().unwrap());
+    let folder = prefixed("spirv");
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let linked = path("linked.spv");
+    spirv_tool(
+        "spirv-link",
+        &[&path("example.spv"), &path("lumigon.spv"), "-o", &linked],
+    );
+    spirv_tool("spirv-val", &["--target-env", "vulkan1.1", &linked]);
+    let folder = prefixed("msl");
+    assert!(read(&folder, "example.metal").contains("lumigon::our_begin_irradiance("));
+
+    let folder = TempDir::new().unwrap();
+    let output = lumigon(&["--target", "wgsl", "--prefix", "9"], folder.path());
+    assert_eq!(output.status.code(), Some(1));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(errors.contains("\"9\""), "{errors}");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
 #[test]

@@ -8,7 +8,7 @@ mod machine;
 mod peak;
 mod quads;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use lumigon_renderer::{Gpu, GpuPreference};
@@ -33,11 +33,20 @@ Lookups: nanoseconds a look into a fitted table, one lane at a time.
 
 Quads: milliseconds a frame of 1440x900 pixels, all of them lit by 10 to 98 quads, one ray a pixel.
 
+With --backend gpu: milliseconds a light for 1 to 10,000 lights of 3, 4 and 10 vertices on a frame
+of 1440x900 surfaces; beside them the floor, the greater of counted operations over the
+multiply-adds and of bytes over the copying that the same device does in the same run. The count is
+that of the CPU's functions, which compute the same; table lookups are not in it. Half of the lights
+are clipped. Then exact light beside two ways of common practice, clipping into an array and clipping
+a sphere, with each one's error from double precision over the mean; and 100 beside 10,000 small
+lights, with those left out that add next to nothing. Software GPUs light smaller frames.
+
 Figures are medians. Close other programs; on a shared machine trust ratios alone.
 
 Examples:
   lumigon bench
-  lumigon bench --only kernels --json bench.json")]
+  lumigon bench --only kernels --json bench.json
+  lumigon bench --backend gpu --json gpu.json")]
 pub struct Bench {
     /// Measure only this part
     #[arg(long, value_enum, conflicts_with = "backend")]
@@ -48,6 +57,9 @@ pub struct Bench {
     /// Write the figures to this file too, as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
+    /// Write them to this file too, as Markdown tables; with --backend gpu
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -99,7 +111,15 @@ impl Bench {
         interrupt.watch();
         if self.backend == Measured::Gpu {
             let gpu = Gpu::new(GpuPreference::Any)?;
-            return self.write_json(&gpu::measure(&gpu, &interrupt)?);
+            let figures = gpu::measure(&gpu, &interrupt)?;
+            if let Some(path) = &self.markdown {
+                write(path, &figures.markdown())?;
+            }
+            return self.write_json(&figures);
+        }
+        if self.markdown.is_some() {
+            let message = "--markdown is of use with --backend gpu only";
+            return Err(Failure::usage("bench", message));
         }
         let machine = Machine::measure();
         machine.print();
@@ -124,11 +144,14 @@ impl Bench {
 
     fn write_json(&self, figures: &impl Serialize) -> Result<(), Failure> {
         if let Some(path) = &self.json {
-            let text = serde_json::to_string_pretty(figures)? + "\n";
-            std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))?;
+            write(path, &(serde_json::to_string_pretty(figures)? + "\n"))?;
         }
         Ok(())
     }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    Ok(std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))?)
 }
 
 fn measure_kernels(

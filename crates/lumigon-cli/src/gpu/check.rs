@@ -235,7 +235,10 @@ mod tests {
         let cpu = picture();
         let difference = Difference::new(&cpu, &cpu, 40);
         assert!(difference.is_none_that_matters());
-        assert_eq!((difference.greatest_byte, difference.relative_rmse), (0, 0.0));
+        assert_eq!(
+            (difference.greatest_byte, difference.relative_rmse),
+            (0, 0.0)
+        );
 
         let mut on_edge = picture();
         on_edge[5 * 40 + 19] = [0.3; 3];

@@ -30,7 +30,8 @@ the same name, and others stay.
 
 Examples:
   lumigon shaders export --target hlsl -o engine/shaders/lumigon
-  lumigon shaders export --target glsl-es300 -o public/lumigon --force")]
+  lumigon shaders export --target glsl-es300 -o public/lumigon --force
+  lumigon shaders export --target glsl450 --prefix lumigon_ -o engine/shaders/lumigon")]
 pub(super) struct Export {
     /// Shading language
     #[arg(long, value_enum)]
@@ -38,6 +39,10 @@ pub(super) struct Export {
     /// Folder to write
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// What names of functions and structures start with, for engines that have such names already
+    /// [default: nothing]
+    #[arg(long, value_name = "PREFIX")]
+    prefix: Option<String>,
     /// Write to a folder that holds files
     #[arg(long)]
     force: bool,
@@ -70,7 +75,10 @@ impl From<TargetName> for Target {
 impl Export {
     pub(super) fn run(&self) -> Result<(), Failure> {
         let target = Target::from(self.target);
-        let library = Library::new()?;
+        let library = match &self.prefix {
+            Some(prefix) => Library::with_prefix(prefix)?,
+            None => Library::new()?,
+        };
         let folder = ExportFolder::create(&self.output, self.force)?;
         let write = |name: &str, bytes: &[u8]| {
             let path = folder.path().join(name);
@@ -78,11 +86,12 @@ impl Export {
         };
         write(target.file_name(), &library.export(target)?)?;
         let (example, text) = target.example();
+        let text = library.prefixed(text);
         write(example, text.as_bytes())?;
         let (host, code) = target.host_code();
         write(host, code.as_bytes())?;
         if target == Target::Spirv {
-            write("example.spv", &library.export_client(text)?)?;
+            write("example.spv", &library.export_client(&text)?)?;
             // Its comments say what the functions do.
             write(Target::Wgsl.file_name(), library.text().as_bytes())?;
         }

@@ -25,6 +25,8 @@ struct Readme<'a> {
     /// For the fence of the example.
     fence: &'static str,
     example_text: &'static str,
+    /// What constants start with; empty where they have their own names.
+    constant_prefix: String,
     /// Fields with other names here: structure, name, name here.
     renamed: Vec<(String, String, String)>,
     /// What else differs from WGSL.
@@ -36,7 +38,7 @@ struct Readme<'a> {
     /// How to load them.
     loading: &'static str,
     tables: Vec<TableRow<'a>>,
-    contents: Vec<(&'static str, Vec<(&'static str, String)>)>,
+    contents: Vec<(&'static str, Vec<(String, String)>)>,
     version: &'static str,
 }
 
@@ -98,6 +100,7 @@ pub(super) fn readme(
             Target::Msl => "cpp",
         },
         example_text,
+        constant_prefix: library.constant_prefix(target),
         renamed: library.renamed_fields(target)?,
         differences: differences(target),
         half_file: half.extension(),
@@ -118,7 +121,7 @@ pub(super) fn readme(
         contents: library.contents(),
         version: env!("CARGO_PKG_VERSION"),
     };
-    Ok(readme.render()?)
+    Ok(library.prefixed(&readme.render()?))
 }
 
 fn row(table: &ExportedTable) -> TableRow<'_> {
@@ -221,18 +224,13 @@ fn differences(target: Target) -> &'static str {
              are values, never pointers."
         }
         Target::Hlsl => {
-            "Constants start with `LUMIGON_`, since engines define `PI` as a macro. Arguments have a \
-             number behind their names. In a `StructuredBuffer`, `PolygonLight` is 64 bytes without \
+            "Arguments have a number behind their names. In a `StructuredBuffer`, `PolygonLight` is 64 bytes without \
              padding, as in the other languages."
         }
         Target::Msl => {
-            "Constants start with `LUMIGON_`, since engines define `PI` as a macro. Arguments have a \
-             number behind their names. `PolygonLight` has `packed_float3` fields and is 64 bytes."
+            "Arguments have a number behind their names. `PolygonLight` has `packed_float3` fields and is 64 bytes."
         }
-        Target::GlslEs300 | Target::Glsl450 => {
-            "Constants start with `LUMIGON_`, since engines define `PI` as a macro. Arguments have a \
-             number behind their names."
-        }
+        Target::GlslEs300 | Target::Glsl450 => "Arguments have a number behind their names.",
     }
 }
 

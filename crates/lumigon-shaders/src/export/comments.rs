@@ -102,6 +102,16 @@ impl<'a> Comments<'a> {
         &self.functions
     }
 
+    /// Structures in their order.
+    pub(super) fn structures(&self) -> &[Commented<'a>] {
+        &self.structures
+    }
+
+    /// Constants in their order.
+    pub(super) fn constants(&self) -> &[Commented<'a>] {
+        &self.constants
+    }
+
     /// Fields that a translation calls otherwise: structure, name, and the name there.
     pub(super) fn renamed_fields<'t>(
         &self,

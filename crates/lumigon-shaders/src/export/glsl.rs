@@ -5,7 +5,7 @@ use naga::proc::BoundsCheckPolicies;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{EntryPoint, Function, ShaderStage};
 
-use super::library::{CONSTANT_PREFIX, heading, refused};
+use super::library::{heading, refused};
 use super::{ExportError, Library, Target};
 
 /// The writer prints what an entry point needs, so there must be one: an empty one, which starts so.
@@ -57,7 +57,7 @@ pub(super) fn write(library: &Library, target: Target) -> Result<String, ExportE
     .write()
     .map_err(|fault| refused(&fault))?;
     let functions = functions_in(&text).ok_or_else(|| refused(&"unknown layout"))?;
-    let restored = library.comments().restore(functions, CONSTANT_PREFIX);
+    let restored = library.with_comments(functions);
     let precision = match target {
         Target::GlslEs300 => "\nprecision highp float;\nprecision highp int;\n",
         _ => "",

@@ -2,7 +2,7 @@
 
 use naga::back::hlsl::{Options, PipelineOptions, ShaderModel, Writer};
 
-use super::library::{CONSTANT_PREFIX, heading, refused};
+use super::library::{heading, refused};
 use super::{ExportError, Library, Target};
 
 pub(super) fn write(library: &Library) -> Result<String, ExportError> {
@@ -23,10 +23,7 @@ pub(super) fn write(library: &Library) -> Result<String, ExportError> {
     Ok(format!(
         "{}#ifndef LUMIGON_HLSL\n#define LUMIGON_HLSL\n\n{}\n\n#endif\n",
         heading(Target::Hlsl),
-        library
-            .comments()
-            .restore(text.trim(), CONSTANT_PREFIX)
-            .trim(),
+        library.with_comments(text.trim()).trim(),
     ))
 }
 

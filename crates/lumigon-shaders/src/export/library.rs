@@ -5,11 +5,12 @@ use naga::front::wgsl;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 
 use crate::export::comments::Comments;
+use crate::export::prefix::Prefix;
 use crate::export::{Target, glsl, hlsl, msl, spirv};
 use crate::{LinkError, MODULES};
 
 /// What constants' names start with where the language has a preprocessor.
-pub(super) const CONSTANT_PREFIX: &str = "LUMIGON_";
+const CONSTANT_PREFIX: &str = "LUMIGON_";
 
 /// Why the library could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -17,6 +18,14 @@ pub enum ExportError {
     /// The modules do not link.
     #[error("the library's modules: {0}")]
     Link(#[from] LinkError),
+    /// Names cannot start so.
+    #[error("{prefix:?} cannot start a name in every language: {problem}")]
+    Prefix {
+        /// The prefix.
+        prefix: String,
+        /// What is wrong with it.
+        problem: &'static str,
+    },
     /// The linked text is not WGSL.
     #[error("the library as WGSL: {0}")]
     Wgsl(String),
@@ -36,6 +45,7 @@ pub struct Library {
     text: String,
     module: Module,
     info: ModuleInfo,
+    prefix: Option<Prefix>,
 }
 
 impl Library {
@@ -47,19 +57,64 @@ impl Library {
         Self::parse(crate::library()?)
     }
 
+    /// The library with this before the name of every function and structure, for engines that have
+    /// such names already; in upper case before constants.
+    ///
+    /// # Errors
+    /// Where no name can start so, or a module is faulty.
+    pub fn with_prefix(prefix: &str) -> Result<Self, ExportError> {
+        if let Some(problem) = Prefix::fault(prefix) {
+            let prefix = prefix.to_owned();
+            return Err(ExportError::Prefix { prefix, problem });
+        }
+        let text = crate::library()?;
+        let prefix = Prefix::new(prefix, &text);
+        let library = Self::parse(prefix.apply_to_library(&text))?;
+        Ok(Self {
+            prefix: Some(prefix),
+            ..library
+        })
+    }
+
     pub(super) fn parse(text: String) -> Result<Self, ExportError> {
         let module = wgsl::parse_str(&text)
             .map_err(|fault| ExportError::Wgsl(fault.emit_to_string(&text)))?;
         let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
             .validate(&module)
             .map_err(|fault| ExportError::Wgsl(fault.emit_to_string(&text)))?;
-        Ok(Self { text, module, info })
+        Ok(Self {
+            text,
+            module,
+            info,
+            prefix: None,
+        })
     }
 
     /// The library in WGSL, with its comments.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
+    }
+
+    /// A shader that calls the library, or a text about it, with the library's prefix where names of
+    /// functions and structures have none.
+    #[must_use]
+    pub fn prefixed(&self, text: &str) -> String {
+        match &self.prefix {
+            Some(prefix) => prefix.apply(text),
+            None => text.to_owned(),
+        }
+    }
+
+    /// What constants' names start with in a target: where there is a preprocessor, an engine's
+    /// `#define PI` would rewrite a constant of that name.
+    #[must_use]
+    pub fn constant_prefix(&self, target: Target) -> String {
+        match (&self.prefix, target) {
+            (Some(prefix), _) => prefix.of_constants(),
+            (None, Target::Wgsl | Target::Spirv) => String::new(),
+            (None, _) => CONSTANT_PREFIX.to_owned(),
+        }
     }
 
     /// Names of all functions.
@@ -69,11 +124,13 @@ impl Library {
     }
 
     /// Functions by module, each with the first sentence of its comment.
-    pub fn contents(&self) -> Vec<(&'static str, Vec<(&'static str, String)>)> {
+    pub fn contents(&self) -> Vec<(&'static str, Vec<(String, String)>)> {
         let contents = MODULES.iter().map(|(module, text)| {
-            let comments = Comments::read(text);
+            let text = self.prefixed(text);
+            let comments = Comments::read(&text);
             let functions = comments.functions().iter();
-            let summaries = functions.map(|function| (function.name, summary(&function.lines)));
+            let summaries =
+                functions.map(|function| (function.name.to_owned(), summary(&function.lines)));
             (*module, summaries.collect())
         });
         contents.collect()
@@ -138,16 +195,26 @@ impl Library {
         &self.info
     }
 
-    /// The module for languages with a preprocessor, where an engine's `#define PI` would rewrite a
-    /// constant of that name: constants are called `LUMIGON_PI`.
+    /// The module for languages with a preprocessor.
     pub(super) fn with_prefixed_constants(&self) -> Module {
         let mut module = self.module.clone();
-        for (_, constant) in module.constants.iter_mut() {
-            if let Some(name) = &mut constant.name {
-                name.insert_str(0, CONSTANT_PREFIX);
+        if self.prefix.is_none() {
+            for (_, constant) in module.constants.iter_mut() {
+                if let Some(name) = &mut constant.name {
+                    name.insert_str(0, CONSTANT_PREFIX);
+                }
             }
         }
         module
+    }
+
+    /// A translation of [`Library::with_prefixed_constants`] with the comments.
+    pub(super) fn with_comments(&self, translated: &str) -> String {
+        let prefix = match self.prefix {
+            Some(_) => "",
+            None => CONSTANT_PREFIX,
+        };
+        self.comments().restore(translated, prefix)
     }
 }
 

@@ -5,6 +5,7 @@ mod glsl;
 mod hlsl;
 mod library;
 mod msl;
+mod prefix;
 mod spirv;
 mod target;
 
@@ -109,6 +110,34 @@ mod tests {
                 assert!(line.contains(" LUMIGON_"), "{target:?}: {line}");
             }
         }
+    }
+
+    #[test]
+    fn prefix_is_before_every_name() {
+        let plain = Library::new().unwrap();
+        let library = Library::with_prefix("our_").unwrap();
+        let names: Vec<_> = plain
+            .functions()
+            .map(|name| format!("our_{name}"))
+            .collect();
+        assert_eq!(library.functions().collect::<Vec<_>>(), names);
+        for target in TEXTS {
+            let text = text(&library, target);
+            let words: Vec<_> = text
+                .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+                .collect();
+            let structures = Comments::read(plain.text());
+            let structures = structures.structures().iter().map(|s| s.name);
+            for name in structures.chain(["LUMIGON_PI", "PI"]) {
+                assert!(!words.contains(&name), "{target:?}: {name}");
+            }
+            assert!(words.contains(&"OUR_PI"), "{target:?}");
+            for line in text.lines().filter(|line| line.starts_with("///")) {
+                assert!(!line.contains("[irradiance]"), "{target:?}: {line}");
+            }
+        }
+        let error = Library::with_prefix("gl_").unwrap_err().to_string();
+        assert!(error.contains("gl_"), "{error}");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use naga::back::msl::{Options, PipelineOptions, Writer};
 
-use super::library::{CONSTANT_PREFIX, heading, refused};
+use super::library::{heading, refused};
 use super::{ExportError, Library, Target};
 
 /// The last line of the writer's own head, which stays outside the namespace.
@@ -35,9 +35,6 @@ pub(super) fn write(library: &Library) -> Result<String, ExportError> {
         "{}#pragma once\n\n{}\n{HEAD_END}\nnamespace lumigon {{\n\n{}\n\n}} // namespace lumigon\n",
         heading(Target::Msl),
         head.join("\n").trim(),
-        library
-            .comments()
-            .restore(functions.trim(), CONSTANT_PREFIX)
-            .trim(),
+        library.with_comments(functions.trim()).trim(),
     ))
 }

@@ -3,6 +3,8 @@
 
 mod kernel;
 mod lighting;
+mod many_lights;
+mod markdown;
 mod peak;
 mod shading;
 mod timer;
@@ -42,6 +44,14 @@ pub(super) struct Figures {
     device: DeviceFigures,
     lights: Vec<LightFigures>,
     methods: Vec<MethodFigures>,
+    many_lights: Vec<many_lights::ManyLightsFigures>,
+}
+
+impl Figures {
+    /// As tables.
+    pub(super) fn markdown(&self) -> String {
+        markdown::markdown(self)
+    }
 }
 
 /// The device, and what it can do at most.
@@ -125,10 +135,12 @@ pub(super) fn measure(gpu: &Gpu, interrupt: &Interrupt) -> Result<Figures, Failu
     let mut stage = Stage::new(&timer, interrupt, budget);
     let lights = measure_lights(&mut stage, fma, bandwidth)?;
     let methods = measure_methods(&mut stage)?;
+    let many_lights = many_lights::measure(gpu, interrupt)?;
     Ok(Figures {
         device,
         lights,
         methods,
+        many_lights,
     })
 }
 
@@ -252,4 +264,48 @@ fn errors(found: &[f64], exact: &[f64]) -> (f64, f64) {
     let greatest = differences.clone().fold(0.0, f64::max);
     let square = differences.map(|d| d * d).sum::<f64>() / count;
     (greatest, square.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use lumigon_renderer::GpuPreference;
+
+    use super::*;
+
+    /// What is compared must do what it says: ours is exact, and common practice is as good as it
+    /// can be.
+    #[test]
+    fn methods_err_as_they_should() {
+        let gpu = Gpu::new(GpuPreference::Any)
+            .expect("install a Vulkan driver, such as Debian's mesa-vulkan-drivers");
+        let timer = Timer::new(gpu.device(), gpu.queue()).unwrap();
+        let interrupt = Interrupt::never();
+        let mut stage = Stage::new(&timer, &interrupt, 1.0);
+        for (vertices, shading) in [
+            (4, Shading::Diffuse),
+            (4, Shading::TwoLobes),
+            (10, Shading::Ltc),
+        ] {
+            for placement in [Placement::Above, Placement::Clipped] {
+                let list = lights(5, vertices, Lights::All(placement));
+                let group = stage.lights(&list).unwrap();
+                for method in Method::ALL {
+                    let kernel = stage.kernel(method, vertices, shading).unwrap();
+                    let (pixels, found) = stage.small_frame(&kernel, &group).unwrap();
+                    let exact = truth(&pixels, &list, shading);
+                    let (_, rms) = errors(&found, &exact);
+                    let most = match (method, placement) {
+                        (Method::Exact, _) => 2e-6,
+                        (Method::ArrayClip, Placement::Above) => 2e-6,
+                        // It knows one of two horizons.
+                        (Method::ArrayClip, Placement::Clipped) => 2e-3,
+                        (Method::ClippedSphere, Placement::Above) => 2e-2,
+                        (Method::ClippedSphere, Placement::Clipped) => 2.0,
+                    };
+                    let name = method.name();
+                    assert!(rms <= most, "{name}, {vertices}, {shading:?}: {rms:e}");
+                }
+            }
+        }
+    }
 }
