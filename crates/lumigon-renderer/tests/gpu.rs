@@ -13,6 +13,8 @@ use lumigon_renderer::{
     Pixels, Projection, PunctualKind, PunctualLight, RenderError, RenderSettings, Rendering,
     Sampler, Scene, Texture, TextureRef, ToneMap, Watch, Wrap, srgb8,
 };
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 static GPU: LazyLock<Gpu> = LazyLock::new(|| {
     Gpu::new(GpuPreference::Any).unwrap_or_else(|fault| panic!("these tests need a GPU: {fault}"))
@@ -395,6 +397,56 @@ fn vertex_colors_and_parallel_rays() {
         let gpu = gpu_picture(&scene, &camera, &small(2));
         assert!(lit(&cpu) > 500);
         assert_same("parallel rays", &cpu, &gpu, 3);
+    }
+}
+
+/// Triangles everywhere around a camera among them, each in a colour of its own.
+#[test]
+fn the_nearest_triangle_is_seen() {
+    let mut random = Pcg64Mcg::seed_from_u64(5);
+    let mut point =
+        move |size: f32| Vec3::from([(); 3].map(|()| size * (random.random::<f32>() - 0.5)));
+    let mut scene = Scene::default();
+    for i in 0..400_usize {
+        let center = point(8.0);
+        let size = if i % 10 == 0 { 20.0 } else { 2.0 };
+        let mut corners = [(); 3].map(|()| center + point(size));
+        if i % 50 == 7 {
+            // Without area.
+            corners[2] = corners[1];
+        }
+        scene.meshes.push(Mesh {
+            material: i,
+            positions: corners.to_vec(),
+            normals: vec![Vec3::Y; 3],
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        });
+        scene.materials.push(Material {
+            base_color: (point(1.0) + Vec3::splat(0.5)).extend(1.0),
+            unlit: true,
+            double_sided: i % 2 == 0,
+            ..Material::default()
+        });
+    }
+    let mut camera = Camera::framing(&scene);
+    camera.world_from_camera.translation = Vec3::ZERO.into();
+    for projection in [
+        camera.projection,
+        Projection::Perspective {
+            yfov: 2.6,
+            aspect: None,
+        },
+        Projection::Orthographic {
+            xmag: 3.0,
+            ymag: 3.0,
+        },
+    ] {
+        camera.projection = projection;
+        let cpu = cpu_picture(&scene, &camera, &small(1));
+        let gpu = gpu_picture(&scene, &camera, &small(1));
+        assert!(lit(&cpu) > 3000);
+        assert_same(&format!("{projection:?}"), &cpu, &gpu, 40);
     }
 }
 

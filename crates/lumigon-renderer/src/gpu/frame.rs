@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DMat3, DVec3, Vec3};
 
+use super::tile::Tile;
 use crate::scene::{Camera, Projection};
 
 /// `Frame` of `frame.wesl`, field by field.
@@ -24,13 +25,6 @@ pub(super) struct FrameRecord {
     pub(super) is_orthographic: u32,
     pub(super) share: f32,
     pub(super) padding: [u32; 3],
-}
-
-/// Some pixels of the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Tile {
-    pub(super) origin: [u32; 2],
-    pub(super) size: [u32; 2],
 }
 
 /// Nearest distance that a pinhole sees, in distances of the farthest point of the scene.
@@ -139,36 +133,9 @@ impl View {
     }
 }
 
-/// The picture in tiles of at most `largest`, row by row.
-pub(super) fn tiles([width, height]: [u32; 2], largest: [u32; 2]) -> Vec<Tile> {
-    let mut tiles = Vec::new();
-    for y in (0..height).step_by(largest[1] as usize) {
-        for x in (0..width).step_by(largest[0] as usize) {
-            tiles.push(Tile {
-                origin: [x, y],
-                size: [largest[0].min(width - x), largest[1].min(height - y)],
-            });
-        }
-    }
-    tiles
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn tiles_cover_every_pixel_once() {
-        let mut seen = vec![0; 7 * 5];
-        for tile in tiles([7, 5], [3, 2]) {
-            for y in 0..tile.size[1] {
-                for x in 0..tile.size[0] {
-                    seen[((tile.origin[1] + y) * 7 + tile.origin[0] + x) as usize] += 1;
-                }
-            }
-        }
-        assert_eq!(seen, vec![1; 35]);
-    }
 
     #[test]
     fn a_camera_of_no_numbers_sees_nothing() {

@@ -3,6 +3,7 @@
 mod adapter;
 mod clock;
 mod device;
+mod equipment;
 mod error;
 mod frame;
 mod lighting;
@@ -12,9 +13,11 @@ mod renderer;
 mod scene_buffers;
 mod shader;
 mod shading;
+mod storage;
 #[cfg(test)]
 mod surface_parity;
 mod texels;
+mod tile;
 mod visibility;
 
 pub use adapter::{AdapterDescription, AdapterKind, GpuPreference};

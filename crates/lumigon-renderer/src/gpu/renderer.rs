@@ -2,15 +2,18 @@
 
 use std::sync::Mutex;
 
+use super::AdapterKind;
 use super::clock::Clock;
 use super::device::{Gpu, Waited, lock};
+use super::equipment::Equipment;
 use super::error::GpuError;
-use super::frame::{Tile, View, tiles};
+use super::frame::View;
 use super::lighting::Lighting;
 use super::methods::Methods;
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
-use super::shading::{self, PIXEL, Shading, ShadingRecord, Sums};
-use super::visibility::{Canvas, Visibility};
+use super::shading::{self, PIXEL, Shading, ShadingRecord};
+use super::tile::{Tile, tile_size, tiles};
+use super::visibility::Visibility;
 use crate::cpu::{check_size, pixel_samples};
 use crate::render::{RenderError, RenderSettings, Rendering, Watch};
 use crate::scene::{Camera, EmissivePolygon, Scene};
@@ -21,9 +24,15 @@ const LONGEST_SIDE: u32 = 2048;
 /// Most pixels of a tile: its memory stays below 200 MB.
 const MOST_PIXELS: u64 = 1 << 21;
 
-/// Edges times pixels of one submission. Drivers take a device for hung after some two seconds,
-/// which slow ones would need for ten times as many; fast ones need some for their full speed.
-const MOST_WORK: u64 = 1 << 33;
+/// Most edges times pixels of one submission. Drivers take a device for hung after some two seconds;
+/// fast devices are fast where they have much to do.
+fn most_work(kind: AdapterKind) -> u64 {
+    match kind {
+        AdapterKind::Discrete | AdapterKind::Virtual => 1 << 34,
+        AdapterKind::Integrated | AdapterKind::Other => 1 << 31,
+        AdapterKind::Software => 1 << 28,
+    }
+}
 
 /// Edges of the lights that are left of many where those that add little are left out, about.
 const MOST_COUNTING_EDGES: u64 = 1000;
@@ -51,15 +60,6 @@ pub struct GpuRenderer {
     equipment: Mutex<Option<Equipment>>,
     timings: Mutex<Option<GpuTimings>>,
     largest_tile: Option<[u32; 2]>,
-}
-
-/// Memory for the tiles of a picture.
-struct Equipment {
-    tile: [u32; 2],
-    canvas: Canvas,
-    ids: wgpu::BindGroup,
-    sums: Sums,
-    read: wgpu::Buffer,
 }
 
 impl GpuRenderer {
@@ -154,6 +154,7 @@ impl GpuRenderer {
         let methods = Methods::new(settings);
         let pipeline = self.shading.pipeline(&self.gpu, methods);
         let edges = self.edges(methods);
+        let most_work = most_work(self.gpu.adapter().kind);
         self.shading
             .set(&self.gpu, ShadingRecord::new(settings, &self.lighting));
         let samples = pixel_samples(settings.samples);
@@ -164,16 +165,21 @@ impl GpuRenderer {
             let longest = LONGEST_SIDE.min(adapter.largest_texture_side);
             let most = MOST_PIXELS
                 .min(adapter.largest_storage() / (3 * PIXEL))
-                .min(MOST_WORK / edges);
+                .min(most_work / edges);
             tile_size(size, longest, most)
         });
         let equipment = match equipment {
             Some(kept) if kept.tile == largest => kept,
-            other => other.insert(self.equip(largest)),
+            other => other.insert(Equipment::new(
+                &self.gpu,
+                &self.shading,
+                &self.lighting,
+                largest,
+            )),
         };
         let pixels = u64::from(largest[0]) * u64::from(largest[1]);
         let work = pixels.saturating_mul(edges);
-        let at_once = (MOST_WORK / work).clamp(1, FRAMES as u64) as usize;
+        let at_once = (most_work / work).clamp(1, FRAMES as u64) as usize;
         let tiles = tiles(size, largest);
         let total = (tiles.len() * samples.len().div_ceil(at_once)) as u64;
         let mut done = 0;
@@ -274,71 +280,6 @@ impl GpuRenderer {
         };
         self.lighting.edges.clamp(1, most)
     }
-
-    fn equip(&self, tile: [u32; 2]) -> Equipment {
-        let pixels = u64::from(tile[0]) * u64::from(tile[1]);
-        let canvas = Canvas::new(&self.gpu, tile);
-        Equipment {
-            tile,
-            ids: self.shading.ids(&self.gpu, &canvas.ids),
-            canvas,
-            sums: self.shading.sums(&self.gpu, &self.lighting, pixels),
-            read: self.gpu.device().create_buffer(&wgpu::BufferDescriptor {
-                label: Some("read pixels"),
-                size: 3 * pixels * PIXEL,
-                usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            }),
-        }
-    }
-}
-
-/// Pixels across and down of a tile of at most `most` pixels, or of a workgroup's few; none of its
-/// sides is longer than `longest`.
-fn tile_size([width, height]: [u32; 2], longest: u32, most: u64) -> [u32; 2] {
-    let most = most.max(64 * 64);
-    // As wide as it may be where that makes it the whole picture, else square: few triangles are in
-    // several tiles.
-    let side = (most.isqrt() as u32).max((most / u64::from(height)).min(longest.into()) as u32);
-    let across = width.min(side).min(longest);
-    let down = (most / u64::from(across)).min(longest.into()) as u32;
-    [across, height.min(down)]
-}
-
-impl Equipment {
-    /// Copies a finished tile to where it can be read: its three parts, one after the other.
-    fn copy_out(&self, encoder: &mut wgpu::CommandEncoder, tile: Tile) -> wgpu::BufferSlice<'_> {
-        let bytes = u64::from(tile.size[0]) * u64::from(tile.size[1]) * PIXEL;
-        for (i, part) in (0..).zip(&self.sums.parts) {
-            encoder.copy_buffer_to_buffer(part, 0, &self.read, i * bytes, bytes);
-        }
-        self.read.slice(..3 * bytes)
-    }
-}
-
-impl Tile {
-    /// Puts the tile's three parts where they belong.
-    fn write(&self, bytes: &[u8], picture: &mut Rendering) {
-        let [width, height] = self.size.map(|x| x as usize);
-        let [x, y] = self.origin.map(|x| x as usize);
-        let row_length = picture.width as usize;
-        let parts = [
-            &mut picture.emitted,
-            &mut picture.diffuse,
-            &mut picture.specular,
-        ];
-        let row_bytes = width * PIXEL as usize;
-        for (to, from) in parts.into_iter().zip(bytes.chunks(height * row_bytes)) {
-            for (row, from) in from.chunks(row_bytes).enumerate() {
-                let start = (y + row) * row_length + x;
-                let to = &mut to[start..start + width];
-                for (to, from) in to.iter_mut().zip(from.chunks(PIXEL as usize)) {
-                    let [r, g, b, _]: [f32; 4] = bytemuck::pod_read_unaligned(from);
-                    *to = [r, g, b];
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -349,20 +290,6 @@ mod tests {
     fn cornell() -> Scene {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
         Scene::load(folder.join("../../scenes/cornell.glb")).unwrap()
-    }
-
-    #[test]
-    fn tiles_hold_whole_pictures_where_they_may() {
-        assert_eq!(tile_size([1440, 900], 2048, 1 << 21), [1440, 900]);
-        assert_eq!(tile_size([900, 1440], 2048, 1 << 21), [900, 1440]);
-        assert_eq!(tile_size([1, 1], 2048, 1 << 21), [1, 1]);
-        assert_eq!(tile_size([32_768, 1], 2048, 1 << 21), [2048, 1]);
-        assert_eq!(tile_size([1440, 900], 2048, 1), [64, 64]);
-        for size in [[32_768, 32_768], [32_768, 3], [3, 32_768], [5000, 700]] {
-            let [across, down] = tile_size(size, 2048, 1 << 21);
-            assert!(across.max(down) <= 2048 && across * down <= 1 << 21);
-            assert!(across * down >= (size[0] * size[1]).min(6000));
-        }
     }
 
     #[test]

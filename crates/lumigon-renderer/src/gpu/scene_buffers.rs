@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use glam::Vec3;
 
-use super::device::{Gpu, check_storage as check};
+use super::device::Gpu;
 use super::error::GpuError;
 use super::record::{MaterialRecord, MeshRecord, NONE, TriangleRecord, textures};
+use super::storage::check;
 use super::texels;
 use crate::scene::{AlphaMode, Material, Mesh, Scene};
 

@@ -6,9 +6,10 @@ use glam::{Vec2, Vec3, Vec4};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::frame::{Tile, View};
+use super::frame::View;
 use super::scene_buffers::{DRAWN, Drawn, SceneBuffers, layout};
 use super::shader::{Shader, scene_constants};
+use super::tile::Tile;
 use super::{Gpu, GpuPreference};
 use crate::scene::{
     AlphaMode, Camera, Filter, Material, Mesh, Sampler, Scene, SurfaceSample, Texels, Texture,

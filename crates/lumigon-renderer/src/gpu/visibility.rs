@@ -5,12 +5,9 @@ use super::error::GpuError;
 use super::scene_buffers::{DRAWN, Drawn, SceneBuffers};
 use super::shader::{Shader, VISIBILITY, scene_constants};
 
-/// A triangle's index.
+/// Which triangle, counted from 1; 0 for none.
 pub(super) const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-
-/// Index of no triangle, as the shaders have it.
-const NO_TRIANGLE: f64 = u32::MAX as f64;
 
 /// The pipelines of a scene.
 pub(super) struct Visibility {
@@ -131,10 +128,7 @@ impl Visibility {
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color {
-                        r: NO_TRIANGLE,
-                        ..wgpu::Color::TRANSPARENT
-                    }),
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
                     store: wgpu::StoreOp::Store,
                 },
             })],
