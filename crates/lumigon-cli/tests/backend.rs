@@ -171,8 +171,13 @@ fn contradictions_and_unknown_backends_are_refused() {
         assert!(said.contains(fault), "{arguments}: {said}");
         assert!(!folder.path().join("x.png").exists());
     }
-    let output = run("bench --backend gpu --only kernels", folder.path());
-    assert_eq!(output.status.code(), Some(2));
+    for line in [
+        "bench --backend gpu --only kernels",
+        "bench --markdown {out}/x.md",
+    ] {
+        let output = run(line, folder.path());
+        assert_eq!(output.status.code(), Some(2), "{line}");
+    }
 }
 
 #[test]

@@ -15,6 +15,7 @@ use lumigon_renderer::{Gpu, GpuPreference};
 use serde::Serialize;
 
 use crate::Failure;
+use crate::gpu::BackendChoice;
 use crate::interrupt::Interrupt;
 use kernels::{Placement, Workload, kernels};
 use machine::Machine;
@@ -48,27 +49,18 @@ Examples:
   lumigon bench --only kernels --json bench.json
   lumigon bench --backend gpu --json gpu.json")]
 pub struct Bench {
-    /// Measure only this part
-    #[arg(long, value_enum, conflicts_with = "backend")]
+    /// Measure only this part of the CPU's figures
+    #[arg(long, value_enum)]
     only: Option<Part>,
-    /// What to measure: the CPU, or the GPU that `lumigon gpu info` lists first
-    #[arg(long, value_enum, default_value_t)]
-    backend: Measured,
+    /// What to measure
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = BackendChoice::Cpu)]
+    backend: BackendChoice,
     /// Write the figures to this file too, as JSON
     #[arg(long, value_name = "FILE")]
     json: Option<PathBuf>,
     /// Write them to this file too, as Markdown tables; with --backend gpu
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-enum Measured {
-    /// All processors of this machine
-    #[default]
-    Cpu,
-    /// A GPU; software Vulkan where there is no other
-    Gpu,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -109,8 +101,13 @@ impl Bench {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         let interrupt = Interrupt::catch()?;
         interrupt.watch();
-        if self.backend == Measured::Gpu {
-            let gpu = Gpu::new(GpuPreference::Any)?;
+        if let Some(gpu) = self.gpu()? {
+            if self.only.is_some() {
+                return Err(Failure::usage(
+                    "bench",
+                    "--only is of use with --backend cpu only",
+                ));
+            }
             let figures = gpu::measure(&gpu, &interrupt)?;
             if let Some(path) = &self.markdown {
                 write(path, &figures.markdown())?;
@@ -140,6 +137,21 @@ impl Bench {
             figures.quads = quads::measure(&interrupt)?;
         }
         self.write_json(&figures)
+    }
+
+    /// The GPU to measure; none where it is the CPU.
+    fn gpu(&self) -> Result<Option<Gpu>, Failure> {
+        match self.backend {
+            BackendChoice::Cpu => Ok(None),
+            BackendChoice::Gpu => Ok(Some(Gpu::new(GpuPreference::Any)?)),
+            BackendChoice::Auto => match Gpu::new(GpuPreference::Hardware) {
+                Ok(gpu) => Ok(Some(gpu)),
+                Err(error) => {
+                    eprintln!("the CPU is measured: {error}");
+                    Ok(None)
+                }
+            },
+        }
     }
 
     fn write_json(&self, figures: &impl Serialize) -> Result<(), Failure> {
