@@ -94,21 +94,19 @@ pub struct Rendering {
 impl Rendering {
     /// All black.
     pub(crate) fn black(width: u32, height: u32) -> Result<Self, RenderError> {
-        let part = || -> Result<Pixels, RenderError> {
-            let count = width as usize * height as usize;
-            let mut pixels = Pixels::new();
-            pixels
-                .try_reserve_exact(count)
-                .map_err(|_| RenderError::TooLarge { width, height })?;
-            pixels.resize(count, [0.0; 3]);
-            Ok(pixels)
-        };
+        let count = (width as usize).saturating_mul(height as usize);
+        // The parts and their sum, asked for at once: systems that promise each of them would break
+        // their word when all are written to.
+        Vec::<[[f32; 3]; 4]>::new()
+            .try_reserve_exact(count)
+            .map_err(|_| RenderError::TooLarge { width, height })?;
+        let part = || vec![[0.0; 3]; count];
         Ok(Self {
             width,
             height,
-            emitted: part()?,
-            diffuse: part()?,
-            specular: part()?,
+            emitted: part(),
+            diffuse: part(),
+            specular: part(),
         })
     }
 
@@ -191,4 +189,16 @@ pub enum RenderError {
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] crate::GpuError),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_larger_than_memory_is_refused() {
+        let fault = Rendering::black(u32::MAX, u32::MAX).unwrap_err();
+        assert!(fault.to_string().contains("4294967295 x 4294967295"));
+        assert_eq!(Rendering::black(3, 2).unwrap().radiance(), [[0.0; 3]; 6]);
+    }
 }
