@@ -14,7 +14,7 @@ pub(super) const WIDTH: u32 = 1440;
 pub(super) const HEIGHT: u32 = 900;
 
 /// A frame may have one so many-th of the pixels along each axis.
-const SCALES: [u32; 6] = [32, 16, 8, 4, 2, 1];
+const SCALES: [u32; 7] = [64, 32, 16, 8, 4, 2, 1];
 
 /// A band is to take no longer: far below what makes a driver think that the device hangs.
 const BAND_SECONDS: f64 = 0.2;

@@ -73,7 +73,7 @@ pub(super) fn lights(count: usize, vertices: usize, lights: Lights) -> Vec<Exact
         };
         let placement = match lights {
             Lights::All(placement) => placement,
-            Lights::Mixed if i % 2 == 0 => Placement::Above,
+            Lights::Mixed if i.is_multiple_of(2) => Placement::Above,
             Lights::Mixed => Placement::Clipped,
         };
         let (x, turn) = (spread(0.754_877, -3.0, 3.0), spread(0.618_034, 0.0, 6.3));
