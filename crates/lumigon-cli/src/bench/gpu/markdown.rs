@@ -28,11 +28,11 @@ fn write(out: &mut String, figures: &Figures) -> std::fmt::Result {
     )?;
     writeln!(
         out,
-        "\n### Milliseconds a light, 1440x900\n\nIn brackets: times the floor.\n"
+        "\n### Milliseconds a light, by number of lights, 1440x900\n\nIn brackets: times the floor.\n"
     )?;
     write!(out, "| shading | vertices |")?;
     for count in COUNTS {
-        write!(out, " {count} lights |")?;
+        write!(out, " {count} |")?;
     }
     writeln!(out, "\n| --- | ---: |{}", " ---: |".repeat(COUNTS.len()))?;
     for row in figures.lights.chunks(COUNTS.len()) {
