@@ -9,9 +9,9 @@ use lumigon::{
     DiffuseMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
 };
 use lumigon_renderer::{
-    AlphaMode, Camera, CpuRenderer, Filter, Gpu, GpuPreference, GpuRenderer, Material, Mesh,
-    Pixels, Projection, PunctualKind, PunctualLight, RenderError, RenderSettings, Rendering,
-    Sampler, Scene, Texture, TextureRef, ToneMap, Watch, Wrap, srgb8,
+    AlphaMode, Camera, CpuRenderer, EmissivePolygon, Filter, Gpu, GpuPreference, GpuRenderer,
+    Material, Mesh, Pixels, Projection, PunctualKind, PunctualLight, RenderError, RenderSettings,
+    Rendering, Sampler, Scene, Texture, TextureRef, ToneMap, Watch, Wrap, srgb8,
 };
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -275,6 +275,68 @@ fn lights_that_add_little_may_be_left_out_and_no_others() {
         }
     }
     assert!(missing > 0);
+}
+
+/// More lights than a software driver's shader may go through, smooth and rough surfaces under them.
+#[test]
+fn thousands_of_lights() {
+    let rough = plain(Vec3::splat(0.6));
+    let smooth = Material {
+        metallic: 1.0,
+        perceptual_roughness: 0.1,
+        ..plain(Vec3::splat(0.9))
+    };
+    let (mut scene, camera) = squares(vec![rough, smooth]);
+    scene.punctual_lights.clear();
+    let corner = |x: f64, z: f64| [x, 1.5, z];
+    scene.polygon_lights = (0..8_100)
+        .map(|i| {
+            let (x, z) = (f64::from(i % 90 - 45), f64::from(i / 90 - 45));
+            EmissivePolygon {
+                name: String::new(),
+                loops: vec![vec![
+                    corner(x, z),
+                    corner(x + 0.2, z),
+                    corner(x + 0.2, z + 0.2),
+                    corner(x, z + 0.2),
+                ]],
+                radiance: Vec3::new(3.0, 2.0, 1.0),
+                two_sided: false,
+                mesh: 0,
+                triangles: Vec::new(),
+            }
+        })
+        .collect();
+    let settings = |light_bound| RenderSettings {
+        width: 24,
+        height: 16,
+        samples: 1,
+        light_bound,
+        ..RenderSettings::default()
+    };
+    let cpu = cpu_picture(&scene, &camera, &settings(0.0));
+    assert!(lit(&cpu) > 50);
+    let renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let render = |light_bound| {
+        let picture = renderer.render(&camera, &settings(light_bound), Watch::none());
+        picture.unwrap()
+    };
+    assert_same("thousands of lights", &cpu, &render(0.0), 3);
+    assert_same(
+        "thousands of lights, hardly any left out",
+        &cpu,
+        &render(1e-12),
+        3,
+    );
+    // What is left out of so many is far less than so many bounds.
+    let (all, fewer) = (cpu.radiance(), render(1e-4).radiance());
+    let (mut lost, mut most) = (0.0_f32, 0.0_f32);
+    for (all, fewer) in all.iter().flatten().zip(fewer.iter().flatten()) {
+        assert!(all - fewer >= -1e-4 * all, "{all} {fewer}");
+        lost = lost.max(all - fewer);
+        most = most.max(*all);
+    }
+    assert!(lost > 1e-4 && lost < 0.1 * most, "{lost} of {most}");
 }
 
 /// A square that fills [-1, 1]² at this height, facing up, two triangles.

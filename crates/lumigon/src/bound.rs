@@ -57,6 +57,19 @@ pub fn ltc_form_factor_bound<T: Real>(
     T::select(visible, bound, zero)
 }
 
+/// An upper bound of the normalised lobe's density in any direction, in 1/sr.
+///
+/// Tight where the map stretches two of three directions alike and shrinks the third, as GGX's does.
+#[inline(always)]
+pub fn ltc_density_bound<T: Real>(lobe: &PreparedLtc<T>) -> T {
+    // det / (pi s^3) with the map's least singular value s; the other two multiply to at most 1/2,
+    // since the squares of all three sum to 1.
+    let [x, y, z] = lobe.world_to_cosine();
+    let determinant = x.dot(y.cross(z));
+    let squared = (determinant * determinant).max(determinant.constant(1e-30));
+    determinant.constant(0.125 * core::f64::consts::FRAC_1_PI * (1.0 + 1e-5)) / squared
+}
+
 /// Irradiance from a flat light of this area within a unit sphere, at most: `distance` and `height`
 /// over the horizon are its centre's, `plane_distance` is its plane's.
 #[inline(always)]
@@ -100,7 +113,7 @@ mod tests {
                 }
             }
         };
-        let mut loosest = 0.0_f64;
+        let (mut loosest, mut densest) = (0.0_f64, 0.0_f64);
         for i in 0..4_000 {
             let sides = if i % 2 == 0 {
                 Sides::Front
@@ -130,10 +143,15 @@ mod tests {
                 schlick: 0.0,
             };
             let lobe = PreparedLtc::new(&ltc, normal, view);
+            let highest = ltc_density_bound(&lobe);
+            let density = ltc.density(unit());
+            assert!(density <= highest, "{density} {highest}");
+            densest = densest.max(density / highest);
             let exact = ltc_form_factor(&light, point, &lobe);
             let bound = ltc_form_factor_bound(&light, point, &lobe);
             assert!(exact <= bound, "{exact} {bound} at {point:?} {normal:?}");
         }
         assert!((0.001..0.3).contains(&loosest), "{loosest}");
+        assert!(densest > 0.3, "{densest}");
     }
 }

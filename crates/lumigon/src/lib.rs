@@ -58,7 +58,7 @@ mod technique;
 mod vec3;
 
 pub use anisotropic_ltc::AnisotropicLtc;
-pub use bound::{irradiance_bound, ltc_form_factor_bound};
+pub use bound::{irradiance_bound, ltc_density_bound, ltc_form_factor_bound};
 pub use charlie::{MINIMUM_SHEEN_ALPHA, charlie_cosine};
 pub use eon::{
     eon_albedo, eon_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_albedo,

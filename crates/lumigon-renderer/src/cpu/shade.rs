@@ -18,6 +18,9 @@ use crate::shading_light::ShadingLight;
 /// Sums over lights of radiance times response, by channel, one list each.
 type Sums = [Vec<f32>; 3];
 
+/// Lights whose sum is rounded as one: single precision adds thousands only in parts.
+const LIGHTS_AT_ONCE: usize = 256;
+
 /// What each hit scatters of all polygon lights.
 pub(super) fn polygons(
     hits: &Hits,
@@ -26,9 +29,20 @@ pub(super) fn polygons(
     specular: SpecularMethod,
 ) -> Vec<Scattered> {
     let mut scattered = vec![Scattered::default(); hits.surfaces().len()];
-    if lights.is_empty() {
-        return scattered;
+    for lights in lights.chunks(LIGHTS_AT_ONCE) {
+        add_polygons(&mut scattered, hits, lights, diffuse, specular);
     }
+    scattered
+}
+
+/// Adds what each hit scatters of a few lights.
+fn add_polygons(
+    scattered: &mut [Scattered],
+    hits: &Hits,
+    lights: &[ShadingLight],
+    diffuse: DiffuseMethod,
+    specular: SpecularMethod,
+) {
     for (surfaces, method) in [
         (&hits.irradiance, diffuse),
         (&hits.exact_irradiance, DiffuseMethod::default()),
@@ -96,7 +110,6 @@ pub(super) fn polygons(
                 response * Vec3::from(light.radiance) * seen.solid_angle;
         }
     }
-    scattered
 }
 
 fn at(sums: &Sums, i: usize) -> Vec3 {

@@ -1,8 +1,11 @@
 //! A scene's lights on the device.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
 use lumigon_wgpu::{
-    ClusterRecord, Light, LightBuffers, TableFormat, Tables, clusters, sort_by_place,
+    CLUSTER_LIGHTS, ClusterRecord, Light, LightBuffers, TableFormat, Tables, clusters,
+    sort_by_place,
 };
 
 use super::device::Gpu;
@@ -20,8 +23,8 @@ pub(super) struct Lighting {
     pub(super) clusters: wgpu::Buffer,
     pub(super) punctual: wgpu::Buffer,
     pub(super) punctual_count: u32,
-    /// Edges of all polygons.
-    pub(super) edges: u64,
+    /// For each polygon, one past its last vertex record.
+    record_ends: Vec<u32>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -86,9 +89,19 @@ impl Lighting {
             clusters: gpu.storage("light clusters", &clusters(&lights))?,
             punctual: gpu.storage("lights without extent", &records)?,
             punctual_count: records.len() as u32,
-            edges: edges(&lights),
+            record_ends: record_ends(&lights),
             warnings,
         })
+    }
+
+    /// Edges of all polygons, and as many again as they have loops.
+    pub(super) fn edges(&self) -> u64 {
+        self.record_ends.last().copied().unwrap_or(0).into()
+    }
+
+    /// Ranges of lights whose loops over edges, `walks` a light, end after `most_rounds` together.
+    pub(super) fn parts(&self, walks: u64, most_rounds: u64) -> Vec<Range<u32>> {
+        parts(&self.record_ends, walks, most_rounds)
     }
 
     pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
@@ -115,7 +128,7 @@ impl Lighting {
         } else {
             queue.write_buffer(&self.clusters, 0, bytes);
         }
-        self.edges = edges(&lights);
+        self.record_ends = record_ends(&lights);
         self.warnings = warnings;
         Ok(grows)
     }
@@ -135,7 +148,66 @@ fn prepared(lights: &[EmissivePolygon]) -> (Vec<Light>, Vec<String>) {
     (lights, warnings)
 }
 
-fn edges(lights: &[Light]) -> u64 {
-    let edges = |light: &Light| light.polygon.vertex_count() as u64;
-    lights.iter().map(edges).sum()
+/// Whole clusters, at least one a part; one empty part where there is no light.
+fn parts(record_ends: &[u32], walks: u64, most_rounds: u64) -> Vec<Range<u32>> {
+    let mut parts = vec![Range::default()];
+    let (mut rounds, mut start) = (0_u64, 0);
+    for cluster in record_ends.chunks(CLUSTER_LIGHTS) {
+        let end = cluster[cluster.len() - 1];
+        // A round for each record and walk, one to begin each walk, and two to find the light.
+        let own = u64::from(end - start) * walks + cluster.len() as u64 * (walks + 2);
+        start = end;
+        let last = parts.len() - 1;
+        let place = parts[last].end;
+        if rounds > 0 && rounds.saturating_add(own) > most_rounds {
+            parts.push(place..place);
+            rounds = 0;
+        }
+        rounds += own;
+        let last = parts.len() - 1;
+        parts[last].end += cluster.len() as u32;
+    }
+    parts
+}
+
+/// One past the last vertex record of each.
+fn record_ends(lights: &[Light]) -> Vec<u32> {
+    let mut end = 0;
+    let mut next = |light: &Light| {
+        end += (light.polygon.vertex_count() + light.polygon.loop_count()) as u32;
+        end
+    };
+    lights.iter().map(&mut next).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_all_lights_in_clusters() {
+        // Quads, and among them a polygon of 1,000 vertices.
+        let ends: Vec<u32> = (0..10_000)
+            .map(|i| 5 * (i + 1) + if i < 77 { 0 } else { 1000 })
+            .collect();
+        for most in [1, 1_000, 60_000, u64::MAX] {
+            let parts = parts(&ends, 2, most);
+            assert_eq!((parts[0].start, parts[parts.len() - 1].end), (0, 10_000));
+            for pair in parts.windows(2) {
+                assert_eq!(pair[0].end, pair[1].start);
+                assert!(pair[1].start % CLUSTER_LIGHTS as u32 == 0);
+            }
+            if most == u64::MAX {
+                assert_eq!(parts.len(), 1);
+            } else {
+                let least = 10_000_u64 * 14 / most.max(32 * 14);
+                assert!(
+                    (least..=2 * least + 2).contains(&(parts.len() as u64)),
+                    "{}",
+                    parts.len()
+                );
+            }
+        }
+        assert_eq!(parts(&[], 2, 60_000), vec![Range::default()]);
+    }
 }

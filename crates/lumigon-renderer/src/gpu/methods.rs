@@ -4,6 +4,7 @@ use lumigon::{
     DiffuseMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
 };
 
+use super::scene_buffers::Features;
 use crate::render::RenderSettings;
 
 /// What a pipeline is made for: equal methods share one.
@@ -65,6 +66,31 @@ impl Methods {
     /// Whether lights that add too little are left out.
     pub(super) fn culls_lights(self) -> bool {
         self.culls_lights
+    }
+
+    /// How often a pixel goes through a light's edges, at most.
+    pub(super) fn walks(self, features: Features) -> u64 {
+        // The pyramid is found in some five passes, and seldom in ten times as many.
+        let diffuse = match (self.diffuse, self.basis) {
+            (0, _) => 1,
+            (2, 3) => 50,
+            _ => 3,
+        };
+        let lobe = match self.specular {
+            0 => 0,
+            1 if self.two_lobes => 2,
+            1 | 2 => 1,
+            // Vector and solid angle.
+            _ => 2,
+        };
+        let [coats, sheens, rough] = [
+            features.clearcoat,
+            features.sheen,
+            features.diffuse_roughness,
+        ]
+        .map(u64::from);
+        // One more for what tables have of the cosine, about both normals.
+        diffuse + lobe * (1 + coats) + 1 + coats + 2 * sheens + 2 * rough
     }
 
     /// The shader's constants.

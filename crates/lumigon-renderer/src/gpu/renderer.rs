@@ -1,5 +1,6 @@
 //! A scene on a device, and pictures of it.
 
+use std::ops::Range;
 use std::sync::Mutex;
 
 use super::AdapterKind;
@@ -11,7 +12,7 @@ use super::frame::View;
 use super::lighting::Lighting;
 use super::methods::Methods;
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
-use super::shading::{self, PIXEL, Shading, ShadingRecord};
+use super::shading::{self, MOST_PARTS, PIXEL, Shading, ShadingRecord};
 use super::tile::{Tile, tile_size, tiles};
 use super::visibility::Visibility;
 use crate::cpu::{check_size, pixel_samples};
@@ -33,6 +34,10 @@ fn most_work(kind: AdapterKind) -> u64 {
         AdapterKind::Software => 1 << 28,
     }
 }
+
+/// Rounds of all loops of a shader's invocation, after which Mesa's llvmpipe ends them and goes on as if
+/// they were done: 65,535, less what a surface needs.
+const SOFTWARE_ROUNDS: u64 = 60_000;
 
 /// Edges of the lights that are left of many where those that add little are left out, about.
 const MOST_COUNTING_EDGES: u64 = 1000;
@@ -155,8 +160,12 @@ impl GpuRenderer {
         let pipeline = self.shading.pipeline(&self.gpu, methods);
         let edges = self.edges(methods);
         let most_work = most_work(self.gpu.adapter().kind);
-        self.shading
-            .set(&self.gpu, ShadingRecord::new(settings, &self.lighting));
+        let parts = self.parts(methods);
+        let records: Vec<_> = parts
+            .iter()
+            .map(|part| ShadingRecord::new(settings, &self.lighting, part))
+            .collect();
+        self.shading.set(&self.gpu, &records);
         let samples = pixel_samples(settings.samples);
         let share = 1.0 / samples.len() as f32;
         let size = [picture.width, picture.height];
@@ -210,7 +219,7 @@ impl GpuRenderer {
                     }
                 }
                 for frame in 0..frames.len() {
-                    self.encode(&mut encoder, equipment, &pipeline, tile, frame);
+                    self.encode(&mut encoder, equipment, &pipeline, parts.len(), tile, frame);
                 }
                 let is_last = batches.peek().is_none();
                 let mut reads = Vec::new();
@@ -248,6 +257,7 @@ impl GpuRenderer {
         encoder: &mut wgpu::CommandEncoder,
         equipment: &Equipment,
         pipeline: &wgpu::ComputePipeline,
+        parts: usize,
         tile: Tile,
         frame: usize,
     ) {
@@ -268,7 +278,24 @@ impl GpuRenderer {
             &equipment.ids,
         ];
         let stamps = self.clock.as_ref().map(|clock| clock.shading(frame));
-        shading::encode(encoder, pipeline, groups, offset, tile.size, stamps);
+        shading::encode(encoder, pipeline, groups, offset, parts, tile.size, stamps);
+    }
+
+    /// The lights in parts that one dispatch each adds.
+    fn parts(&self, methods: Methods) -> Vec<Range<u32>> {
+        let walks = methods.walks(self.scene.features);
+        let mut most_rounds = if self.gpu.adapter().is_software() {
+            SOFTWARE_ROUNDS
+        } else {
+            u64::MAX
+        };
+        loop {
+            let parts = self.lighting.parts(walks, most_rounds);
+            if parts.len() <= MOST_PARTS {
+                return parts;
+            }
+            most_rounds *= 2;
+        }
     }
 
     /// Edges that a pixel goes through, about.
@@ -278,7 +305,7 @@ impl GpuRenderer {
         } else {
             u64::MAX
         };
-        self.lighting.edges.clamp(1, most)
+        self.lighting.edges().clamp(1, most)
     }
 }
 

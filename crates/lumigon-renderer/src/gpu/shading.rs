@@ -1,5 +1,6 @@
 //! Light on what the pixels of a tile see.
 
+use std::ops::Range;
 use std::sync::Mutex;
 
 use bytemuck::{Pod, Zeroable};
@@ -23,18 +24,29 @@ pub(super) struct ShadingRecord {
     pub(super) bias: f32,
     pub(super) punctual_count: u32,
     pub(super) share: f32,
+    pub(super) first_light: u32,
+    pub(super) end_light: u32,
 }
 
 impl ShadingRecord {
-    pub(super) fn new(settings: &RenderSettings, lighting: &Lighting) -> Self {
+    /// For these of the lights.
+    pub(super) fn new(settings: &RenderSettings, lighting: &Lighting, lights: &Range<u32>) -> Self {
         Self {
             light_bound: settings.light_bound,
             bias: bias(settings.diffuse),
             punctual_count: lighting.punctual_count,
             share: 1.0 / settings.samples as f32,
+            first_light: lights.start,
+            end_light: lights.end,
         }
     }
 }
+
+/// Bytes from one record to the next: what any device aligns uniforms to.
+const RECORD_STRIDE: usize = 256;
+
+/// Most parts that lights are added in.
+pub(super) const MOST_PARTS: usize = 2048;
 
 /// The pipelines of a scene, one for each choice of methods that was asked for.
 pub(super) struct Shading {
@@ -75,12 +87,17 @@ impl Shading {
             has_dynamic_offset: false,
             min_binding_size: None,
         };
+        let record = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: true,
+            min_binding_size: wgpu::BufferSize::new(size_of::<ShadingRecord>() as u64),
+        };
         let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
         let sum = buffer(wgpu::BufferBindingType::Storage { read_only: false });
         let sums_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("sums"),
             entries: &[
-                entry(0, buffer(wgpu::BufferBindingType::Uniform)),
+                entry(0, record),
                 entry(1, read),
                 entry(2, read),
                 entry(3, sum),
@@ -113,7 +130,7 @@ impl Shading {
             sums_layout,
             uniform: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("shading"),
-                size: size_of::<ShadingRecord>() as u64,
+                size: (MOST_PARTS * RECORD_STRIDE) as u64,
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
@@ -149,10 +166,13 @@ impl Shading {
         pipeline
     }
 
-    /// What the next submissions are lit with.
-    pub(super) fn set(&self, gpu: &Gpu, record: ShadingRecord) {
-        gpu.queue()
-            .write_buffer(&self.uniform, 0, bytemuck::bytes_of(&record));
+    /// What the next submissions are lit with: the lights in their parts, at most [`MOST_PARTS`].
+    pub(super) fn set(&self, gpu: &Gpu, parts: &[ShadingRecord]) {
+        let mut bytes = vec![0; parts.len() * RECORD_STRIDE];
+        for (slot, part) in bytes.chunks_mut(RECORD_STRIDE).zip(parts) {
+            slot[..size_of_val(part)].copy_from_slice(bytemuck::bytes_of(part));
+        }
+        gpu.queue().write_buffer(&self.uniform, 0, &bytes);
     }
 
     pub(super) fn sums(&self, gpu: &Gpu, lighting: &Lighting, pixels: u64) -> Sums {
@@ -166,13 +186,20 @@ impl Shading {
                 mapped_at_creation: false,
             })
         });
-        let inputs = [&self.uniform, &lighting.clusters, &lighting.punctual];
+        let record = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+            buffer: &self.uniform,
+            offset: 0,
+            size: wgpu::BufferSize::new(size_of::<ShadingRecord>() as u64),
+        });
+        let inputs = [&lighting.clusters, &lighting.punctual];
+        let lists = inputs.into_iter().chain(&parts);
         let entries: Vec<_> = (0..)
-            .zip(inputs.into_iter().chain(&parts))
-            .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                binding,
-                resource: buffer.as_entire_binding(),
-            })
+            .zip(
+                [record]
+                    .into_iter()
+                    .chain(lists.map(wgpu::Buffer::as_entire_binding)),
+            )
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
         let bind_group = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("sums"),
@@ -194,12 +221,14 @@ impl Shading {
     }
 }
 
-/// Adds a sample of a tile of `size` to the sums; `bind_groups` are lights, scene, sums, ids.
+/// Adds a sample of a tile of `size` to the sums, by so many parts of the lights; `bind_groups` are
+/// lights, scene, sums, ids.
 pub(super) fn encode(
     encoder: &mut wgpu::CommandEncoder,
     pipeline: &wgpu::ComputePipeline,
     bind_groups: [&wgpu::BindGroup; 4],
     frame_offset: u32,
+    parts: usize,
     size: [u32; 2],
     timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
 ) {
@@ -211,8 +240,10 @@ pub(super) fn encode(
     let [lights, scene, sums, ids] = bind_groups;
     pass.set_bind_group(0, lights, &[]);
     pass.set_bind_group(1, scene, &[frame_offset]);
-    pass.set_bind_group(2, sums, &[]);
     pass.set_bind_group(3, ids, &[]);
     let [across, down] = size.map(|pixels| pixels.div_ceil(WORKGROUP));
-    pass.dispatch_workgroups(across, down, 1);
+    for part in 0..parts {
+        pass.set_bind_group(2, sums, &[(part * RECORD_STRIDE) as u32]);
+        pass.dispatch_workgroups(across, down, 1);
+    }
 }
