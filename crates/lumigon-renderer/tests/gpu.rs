@@ -224,33 +224,6 @@ fn lights_without_extent_shine_as_on_the_cpu() {
 }
 
 #[test]
-#[ignore = "takes a minute: a measurement"]
-fn larger_pictures() {
-    for path in scene_files() {
-        let scene = Scene::load(&path).unwrap();
-        let camera = camera(&scene);
-        let settings = RenderSettings {
-            width: 480,
-            height: 300,
-            samples: 4,
-            ..RenderSettings::default()
-        };
-        let start = std::time::Instant::now();
-        let cpu = cpu_picture(&scene, &camera, &settings);
-        let by_cpu = start.elapsed();
-        let gpu = gpu_picture(&scene, &camera, &settings);
-        let by_gpu = start.elapsed() - by_cpu;
-        let (cpu, gpu) = (cpu.radiance(), gpu.radiance());
-        print!("{}: {by_cpu:?} {by_gpu:?}", path.display());
-        for on_edges in [0, 10, 50, 200] {
-            let (bytes, error) = difference(&cpu, &gpu, on_edges);
-            print!(", but {on_edges}: {bytes} {error:.1e}");
-        }
-        println!();
-    }
-}
-
-#[test]
 fn lights_that_add_little_may_be_left_out_and_no_others() {
     let scene = load("quads-98.glb");
     let camera = camera(&scene);
