@@ -113,8 +113,7 @@ impl<'a> Backend<'a> {
     fn fall_back(&self, error: &GpuError) {
         self.gpu.take();
         let reason = match error {
-            GpuError::NoAdapter { software: true, .. } => "the only GPU is software",
-            GpuError::NoAdapter { .. } => "there is no GPU",
+            GpuError::NoAdapter { .. } => "there is no hardware GPU",
             _ => {
                 eprintln!("warning: {error}; the CPU renders instead");
                 "the GPU failed"

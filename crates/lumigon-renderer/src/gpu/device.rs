@@ -46,6 +46,12 @@ impl Gpu {
     /// # Errors
     /// Where there is none, or none that gives a device.
     pub fn new(preference: GpuPreference) -> Result<Self, GpuError> {
+        if preference == GpuPreference::Hardware && !may_have_hardware() {
+            return Err(GpuError::NoAdapter {
+                preference,
+                software: false,
+            });
+        }
         let mut fault = None;
         let mut software = false;
         for (adapter, description) in adapters() {
@@ -238,6 +244,24 @@ impl Gpu {
         }
         result
     }
+}
+
+/// Whether this machine could have a hardware GPU: on Linux each driver needs a device file.
+///
+/// Starting Vulkan to find none takes a while, and lets its layers complain of missing desktops.
+fn may_have_hardware() -> bool {
+    let files = [
+        "/dev/dri",
+        "/dev/nvidiactl",
+        // Windows' subsystem, and GPUs of phones and boards.
+        "/dev/dxg",
+        "/dev/kgsl-3d0",
+        "/dev/mali0",
+        "/dev/nvgpu",
+        "/dev/nvhost-ctrl",
+        "/dev/pvrsrvkm",
+    ];
+    !cfg!(target_os = "linux") || files.iter().any(|file| std::path::Path::new(file).exists())
 }
 
 /// Every adapter, discrete GPUs first and software last.
