@@ -13,7 +13,7 @@ pub enum TableFormat {
     F32,
 }
 
-/// The tables that ship with lumigon, on a device: for [`crate::LightBindings`].
+/// The tables that ship with lumigon, on a device: for [`bind_group`](crate::bind_group).
 #[derive(Debug)]
 pub struct Tables {
     isotropic: wgpu::TextureView,

@@ -60,9 +60,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             (0.5 + sum.cosine.reflectance(0.04, 1.0)) * form_factor(light, point, normal)
                 + sum.lobes[0].reflectance(0.04, 1.0) * ltc_form_factor(light, point, &lobe)
         });
-        for channel in 0..3 {
-            let got = pixel[channel] / lights[0].radiance[channel];
-            worst = worst.max((got - expected).abs());
+        for (got, radiance) in pixel.iter().zip(lights[0].radiance) {
+            worst = worst.max((got / radiance - expected).abs());
         }
     }
     println!("greatest difference from the CPU, for radiance 1: {worst:e}");
