@@ -177,7 +177,7 @@ mod tests {
             ),
             (
                 "Shading",
-                offsets!(ShadingRecord: light_bound, bias, punctual_count, share, first_light, end_light),
+                offsets!(ShadingRecord: light_bound, bias, punctual_count, first_light, end_light),
             ),
             ("Cluster", offsets!(ClusterRecord: center, radius, power)),
         ] {

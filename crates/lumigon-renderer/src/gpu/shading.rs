@@ -23,7 +23,6 @@ pub(super) struct ShadingRecord {
     pub(super) light_bound: f32,
     pub(super) bias: f32,
     pub(super) punctual_count: u32,
-    pub(super) share: f32,
     pub(super) first_light: u32,
     pub(super) end_light: u32,
 }
@@ -35,7 +34,6 @@ impl ShadingRecord {
             light_bound: settings.light_bound,
             bias: bias(settings.diffuse),
             punctual_count: lighting.punctual_count,
-            share: 1.0 / settings.samples as f32,
             first_light: lights.start,
             end_light: lights.end,
         }
