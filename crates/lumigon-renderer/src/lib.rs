@@ -6,9 +6,9 @@
 mod cpu;
 mod gpu;
 mod picture;
+mod prepared_lights;
 mod render;
 mod scene;
-mod shading_light;
 
 pub use cpu::CpuRenderer;
 pub use gpu::{

@@ -1,6 +1,6 @@
 //! The library's modules, and the linker that joins them.
 
-use wesl::{CompileOptions, Feature, Features, ManglerKind, ModulePath, VirtualResolver, Wesl};
+use wesl::{CompileOptions, ManglerKind, ModulePath, VirtualResolver, Wesl};
 
 macro_rules! modules {
     ($($name:literal),* $(,)?) => {
@@ -87,30 +87,13 @@ pub struct LinkError(String);
 /// The WGSL of a `root` module in WESL with what it imports: from the library as
 /// `import package::irradiance::irradiance;`, from `modules` (name and text) likewise.
 ///
-/// Names stay as they are, so they must differ from the library's. `conditions` are the values of
-/// `@if`; what they leave out, and what nothing uses, is not in the result.
+/// Names stay as they are, so they must differ from the library's. What nothing uses is not in the
+/// result.
 ///
 /// # Errors
 /// Where a module does not parse, or an import finds nothing.
-pub fn link(
-    root: &str,
-    modules: &[(&str, &str)],
-    conditions: &[(&str, bool)],
-) -> Result<String, LinkError> {
-    let flag = |&(name, on): &(&str, bool)| {
-        let feature = if on {
-            Feature::Enable
-        } else {
-            Feature::Disable
-        };
-        (name.to_owned(), feature)
-    };
-    let features = Features {
-        flags: conditions.iter().map(flag).collect(),
-        ..Features::default()
-    };
+pub fn link(root: &str, modules: &[(&str, &str)]) -> Result<String, LinkError> {
     let options = CompileOptions {
-        features,
         keep_root: true,
         ..CompileOptions::default()
     };
@@ -318,7 +301,7 @@ mod tests {
             .collect();
         assert_eq!(shaders.len(), 2);
         for shader in shaders {
-            let module = parsed(&link(shader, &[], &[]).unwrap());
+            let module = parsed(&link(shader, &[]).unwrap());
             assert!(module.functions.len() > 5);
         }
         for (name, _) in MODULES {

@@ -1,7 +1,7 @@
 //! Polygon lights for renderers on wgpu: buffers, tables and shaders.
 //!
 //! [`LightBuffers`] and [`Tables`] hold what shaders read, [`bind_group`] binds it, and [`wgsl`] is
-//! the text to put before a shader of yours. `examples/forward.rs` adds lights to a forward renderer.
+//! the text to put before a shader of yours. `examples/forward` adds lights to a forward renderer.
 
 mod bindings;
 mod cluster;

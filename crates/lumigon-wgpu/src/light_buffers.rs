@@ -45,14 +45,24 @@ impl LightBuffers {
         lights: &[Light],
     ) -> Result<Self, TooManyLights> {
         let (headed, records) = packed(device, lights)?;
-        let buffers = Self {
-            lights: storage_buffer(device, "lights", headed.len() as u64),
-            vertices: storage_buffer(device, "light vertices", size_of_val(&*records) as u64),
-            count: lights.len(),
-        };
-        queue.write_buffer(&buffers.lights, 0, &headed);
-        queue.write_buffer(&buffers.vertices, 0, bytemuck::cast_slice(&records));
+        let mut buffers = Self::sized(device, &headed, &records);
+        buffers.fill(queue, &headed, &records, lights.len());
         Ok(buffers)
+    }
+
+    /// Buffers that hold as much.
+    fn sized(device: &wgpu::Device, headed: &[u8], records: &[VertexRecord]) -> Self {
+        Self {
+            lights: storage_buffer(device, "lights", headed.len() as u64),
+            vertices: storage_buffer(device, "light vertices", size_of_val(records) as u64),
+            count: 0,
+        }
+    }
+
+    fn fill(&mut self, queue: &wgpu::Queue, headed: &[u8], records: &[VertexRecord], count: usize) {
+        queue.write_buffer(&self.lights, 0, headed);
+        queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(records));
+        self.count = count;
     }
 
     /// Replaces the lights. Returns whether the buffers had to grow, and bind groups of them have to
@@ -70,12 +80,9 @@ impl LightBuffers {
         let grows = headed.len() as u64 > self.lights.size()
             || size_of_val(&*records) as u64 > self.vertices.size();
         if grows {
-            *self = Self::new(device, queue, lights)?;
-        } else {
-            queue.write_buffer(&self.lights, 0, &headed);
-            queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&records));
-            self.count = lights.len();
+            *self = Self::sized(device, &headed, &records);
         }
+        self.fill(queue, &headed, &records, lights.len());
         Ok(grows)
     }
 

@@ -17,7 +17,7 @@ use lumigon::{
     light_vector, light_vector_above, ltc_form_factor, projected_area, reflected_inclusion,
     solid_angle, solid_angle_above,
 };
-use polygons::{KINDS, Outlines, Placed, Random, SLIVER, Vector};
+use polygons::{KINDS, Outlines, Placed, Random, SLIVER, Vector, hostile_normal};
 use rayon::prelude::*;
 
 const PI: f64 = std::f64::consts::PI;
@@ -341,37 +341,6 @@ fn hostile_point(placed: &Placed, random: &mut Random) -> Vector {
         12 => Vec3::default(),
         _ if random.chance(0.1) => random.direction() * random.log_range(1e-30, 1e30),
         _ => placed.at(x, y, side * random.log_range(0.01, 3.0)),
-    }
-}
-
-/// A unit normal: any, an axis, or one whose horizon touches a vertex or holds an edge, or whose
-/// zenith is on an edge or in the light.
-fn hostile_normal(placed: &Placed, point: Vector, random: &mut Random) -> Vector {
-    let edges = placed.edges();
-    let (a, b) = edges[random.index(edges.len())];
-    // In sizes, so that products of offsets neither vanish nor overflow.
-    let scaled = |v: Vector| (v - point) * (1.0 / placed.size);
-    let (a, b) = (scaled(a), scaled(b));
-    let across = |v: Vector, random: &mut Random| {
-        let (s, t) = v.normalize_or_zero().orthonormal_basis();
-        let (sin, cos) = random.range(0.0, TAU).sin_cos();
-        s * sin + t * cos
-    };
-    let normal = match random.index(8) {
-        0 => random.axis(),
-        1 => across(a, random),
-        2 => a.cross(b),
-        3 => a + (b - a) * random.range(0.0, 1.0),
-        4 => placed.axes[2],
-        5 => -placed.axes[2],
-        6 => across(placed.axes[2], random),
-        _ => random.direction(),
-    };
-    let unit = normal.normalize_or_zero();
-    if (unit.length() - 1.0).abs() < 1e-12 {
-        unit
-    } else {
-        random.axis()
     }
 }
 

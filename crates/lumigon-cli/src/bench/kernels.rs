@@ -10,6 +10,7 @@ use lumigon::{
 };
 
 use super::counted::{Counted, operations};
+use super::median;
 
 /// Shading points a repetition lights: few enough to stay in the first-level cache.
 const POINTS: usize = 512;
@@ -232,8 +233,7 @@ pub(super) fn median_seconds(work: impl Fn()) -> f64 {
             start.elapsed().as_secs_f64() / f64::from(calls)
         })
         .collect();
-    seconds.sort_by(f64::total_cmp);
-    seconds[seconds.len() / 2]
+    median(&mut seconds)
 }
 
 /// One pixel under all lights.

@@ -156,10 +156,21 @@ impl Bench {
 
     fn write_json(&self, figures: &impl Serialize) -> Result<(), Failure> {
         if let Some(path) = &self.json {
-            write(path, &(serde_json::to_string_pretty(figures)? + "\n"))?;
+            write_json(path, figures)?;
         }
         Ok(())
     }
+}
+
+/// The median; 0 of nothing.
+fn median(samples: &mut [f64]) -> f64 {
+    samples.sort_by(f64::total_cmp);
+    samples.get(samples.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// Figures as JSON.
+pub(crate) fn write_json(path: &Path, figures: &impl Serialize) -> Result<(), Failure> {
+    write(path, &(serde_json::to_string_pretty(figures)? + "\n"))
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {

@@ -6,6 +6,7 @@ use lumigon::{DiffuseMethod, LocalOcclusion, LtcLobes, ProjectionBasis, Specular
 use lumigon_renderer::{CpuRenderer, RenderSettings, Scene, Watch};
 use serde::Serialize;
 
+use super::median;
 use crate::Failure;
 use crate::interrupt::Interrupt;
 
@@ -103,8 +104,7 @@ fn frame(scene: &Scene, settings: &RenderSettings, interrupt: &Interrupt) -> Res
         interrupt.check()?;
         seconds.push(start.elapsed().as_secs_f64());
     }
-    seconds.sort_by(f64::total_cmp);
-    Ok(seconds[1])
+    Ok(median(&mut seconds))
 }
 
 fn slope(points: &[(u32, f64)]) -> f64 {

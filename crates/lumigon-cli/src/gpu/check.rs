@@ -10,6 +10,7 @@ use lumigon_renderer::{
 use serde::Serialize;
 
 use crate::Failure;
+use crate::bench::write_json;
 use crate::camera::choose_camera;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -116,8 +117,7 @@ impl Check {
             scenes,
         };
         if let Some(path) = &self.json {
-            let text = serde_json::to_string_pretty(&figures)? + "\n";
-            std::fs::write(path, text).map_err(|e| format!("{}: {e}", path.display()))?;
+            write_json(path, &figures)?;
         }
         match differing {
             0 => Ok(()),

@@ -13,14 +13,15 @@ mod shade;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use lumigon::Vec3 as LightVec3;
+use lumigon_wgpu::Light;
 use rayon::prelude::*;
 
+use crate::prepared_lights::prepared_lights;
 use crate::render::{
     MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
     Rendering, Watch,
 };
 use crate::scene::{Camera, Scene};
-use crate::shading_light::{ShadingLight, prepared_lights};
 
 use fitted_lobes::FittedLobes;
 use geometry::Geometry;
@@ -41,7 +42,7 @@ const MAXIMUM_SAMPLES: u32 = 65_536;
 pub struct CpuRenderer<'a> {
     scene: &'a Scene,
     geometry: Geometry,
-    lights: Vec<ShadingLight>,
+    lights: Vec<Light>,
     warnings: Vec<String>,
     fitted: FittedLobes,
 }

@@ -7,13 +7,13 @@ use lumigon::{
     eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine, light_direction,
     ltc_form_factor, reflected_inclusion,
 };
+use lumigon_wgpu::Light;
 
 use super::batch::Batch;
 use super::hits::{DIRECT, FITTED, FITTED_ANISOTROPIC, Hits};
 use super::lobes::Scattered;
 use super::vector;
 use crate::scene::PunctualLight;
-use crate::shading_light::ShadingLight;
 
 /// Sums over lights of radiance times response, by channel, one list each.
 type Sums = [Vec<f32>; 3];
@@ -24,7 +24,7 @@ const LIGHTS_AT_ONCE: usize = 256;
 /// What each hit scatters of all polygon lights.
 pub(super) fn polygons(
     hits: &Hits,
-    lights: &[ShadingLight],
+    lights: &[Light],
     diffuse: DiffuseMethod,
     specular: SpecularMethod,
 ) -> Vec<Scattered> {
@@ -39,7 +39,7 @@ pub(super) fn polygons(
 fn add_polygons(
     scattered: &mut [Scattered],
     hits: &Hits,
-    lights: &[ShadingLight],
+    lights: &[Light],
     diffuse: DiffuseMethod,
     specular: SpecularMethod,
 ) {
@@ -134,7 +134,7 @@ fn store<S: Simd>(sum: [Lanes<S>; 3], to: &mut Sums, start: usize) {
 fn irradiance<S: Simd>(
     simd: S,
     surfaces: &Batch<6, Scattered>,
-    lights: &[ShadingLight],
+    lights: &[Light],
     method: DiffuseMethod,
 ) -> Sums {
     let mut sums = surfaces.dark();
@@ -194,7 +194,7 @@ fn anisotropic<S: Simd>(
 fn form_factors<S: Simd, const N: usize>(
     simd: S,
     lobes: &Batch<N, Scattered>,
-    lights: &[ShadingLight],
+    lights: &[Light],
     prepare: impl Fn(S, &Batch<N, Scattered>, usize) -> PreparedLtc<Lanes<S>>,
 ) -> Sums {
     let mut sums = lobes.dark();
@@ -220,7 +220,7 @@ fn form_factors<S: Simd, const N: usize>(
 fn rough_responses<S: Simd>(
     simd: S,
     surfaces: &Batch<10, [Vec3; 2]>,
-    lights: &[ShadingLight],
+    lights: &[Light],
     occlusion: LocalOcclusion,
 ) -> [Sums; 2] {
     let (mut all_single, mut all_multiple) = (surfaces.dark(), surfaces.dark());
@@ -253,7 +253,7 @@ fn rough_responses<S: Simd>(
 fn responses<S: Simd>(
     simd: S,
     lobes: &Batch<DIRECT, [Vec3; 2]>,
-    lights: &[ShadingLight],
+    lights: &[Light],
     method: SpecularMethod,
     anisotropic: bool,
 ) -> [Sums; 2] {

@@ -10,8 +10,8 @@ use lumigon_wgpu::{
 
 use super::device::Gpu;
 use super::error::GpuError;
+use crate::prepared_lights::prepared_lights;
 use crate::scene::{EmissivePolygon, PunctualKind, PunctualLight};
-use crate::shading_light::prepared_lights;
 
 /// Polygon lights with their tables, and lights without extent.
 pub(super) struct Lighting {
@@ -136,14 +136,7 @@ impl Lighting {
 
 /// The lights that can be evaluated, neighbours in clusters, and why the others light nothing.
 fn prepared(lights: &[EmissivePolygon]) -> (Vec<Light>, Vec<String>) {
-    let (lights, warnings) = prepared_lights(lights);
-    let mut lights: Vec<_> = lights
-        .into_iter()
-        .map(|light| Light {
-            polygon: light.polygon,
-            radiance: light.radiance,
-        })
-        .collect();
+    let (mut lights, warnings) = prepared_lights(lights);
     sort_by_place(&mut lights);
     (lights, warnings)
 }

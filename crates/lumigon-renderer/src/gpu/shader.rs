@@ -50,7 +50,7 @@ pub(super) fn wgsl(root: &str) -> Result<String, GpuError> {
         .chain(lumigon_wgpu::MODULES)
         .copied()
         .collect();
-    lumigon_shaders::link(root, &modules, &[]).map_err(|fault| GpuError::Refused {
+    lumigon_shaders::link(root, &modules).map_err(|fault| GpuError::Refused {
         what: "to link its shaders",
         reason: fault.to_string(),
     })

@@ -1,11 +1,9 @@
 //! Lights and places to look at them from: random, and at every degeneracy.
 
-use std::f64::consts::TAU;
-
 use lumigon::{LtcTable, PolygonLight, Sides, Vec3};
 
 use crate::gpu::Place;
-use crate::polygons::{self, KINDS, Placed, Random, SLIVER, Vector};
+use crate::polygons::{self, KINDS, Placed, Random, SLIVER, Vector, hostile_normal};
 
 /// A light in both precisions: the f64 one has the f32 one's vertices, so that what differs is the
 /// functions' own rounding.
@@ -275,35 +273,5 @@ fn hostile_point(placed: &Placed, random: &mut Random) -> Vector {
         // The origin of the world, and far from it.
         11 => Vec3::default(),
         _ => random.direction() * random.log_range(1e-15, 1e15),
-    }
-}
-
-/// A unit normal: any, an axis, or one whose horizon touches a vertex or holds an edge, or whose
-/// zenith is on an edge or in the light.
-fn hostile_normal(placed: &Placed, point: Vector, random: &mut Random) -> Vector {
-    let edges = placed.edges();
-    let (a, b) = edges[random.index(edges.len())];
-    let scaled = |v: Vector| (v - point) * (1.0 / placed.size);
-    let (a, b) = (scaled(a), scaled(b));
-    let across = |v: Vector, random: &mut Random| {
-        let (s, t) = v.normalize_or_zero().orthonormal_basis();
-        let (sin, cos) = random.range(0.0, TAU).sin_cos();
-        s * sin + t * cos
-    };
-    let normal = match random.index(8) {
-        0 => random.axis(),
-        1 => across(a, random),
-        2 => a.cross(b),
-        3 => a + (b - a) * random.range(0.0, 1.0),
-        4 => placed.axes[2],
-        5 => -placed.axes[2],
-        6 => across(placed.axes[2], random),
-        _ => random.direction(),
-    };
-    let unit = normal.normalize_or_zero();
-    if (unit.length() - 1.0).abs() < 1e-12 {
-        unit
-    } else {
-        random.axis()
     }
 }

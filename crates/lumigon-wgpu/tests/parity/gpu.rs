@@ -155,7 +155,7 @@ pub(crate) fn evaluate(
     let gpu = gpu();
     let count = places.len();
     let places: Vec<Place> = [places, &poisoned(places, POISONED)].concat();
-    let text = lumigon_shaders::link(&format!("{HEADER}{body}"), lumigon_wgpu::MODULES, &[])
+    let text = lumigon_shaders::link(&format!("{HEADER}{body}"), lumigon_wgpu::MODULES)
         .unwrap_or_else(|fault| panic!("{name}: {fault}"));
     if let Err(fault) = naga::front::wgsl::parse_str(&text) {
         panic!("{name}: {}", fault.emit_to_string(&text));

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "every test file uses its own part")]
 
+use std::f64::consts::TAU;
+
 use lumigon::{PolygonLight, Sides, Vec3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -36,7 +38,7 @@ impl Random {
     /// Uniform on the unit sphere.
     pub(crate) fn direction(&mut self) -> Vector {
         let z = self.range(-1.0, 1.0);
-        let (s, c) = self.range(0.0, std::f64::consts::TAU).sin_cos();
+        let (s, c) = self.range(0.0, TAU).sin_cos();
         let r = (1.0 - z * z).sqrt();
         Vec3::new(r * c, r * s, z)
     }
@@ -134,11 +136,11 @@ pub(crate) fn outlines(kind: usize, random: &mut Random) -> Outlines {
 
 /// Vertices at random radii, seen from the origin at rising angles less than half a turn apart.
 fn around(count: usize, least: f64, greatest: f64, random: &mut Random) -> Vec<[f64; 2]> {
-    let turn = random.range(0.0, std::f64::consts::TAU);
+    let turn = random.range(0.0, TAU);
     (0..count)
         .map(|i| {
             let jitter = random.range(-0.2, 0.2);
-            let angle = turn + (i as f64 + jitter) / count as f64 * std::f64::consts::TAU;
+            let angle = turn + (i as f64 + jitter) / count as f64 * TAU;
             let radius = random.range(least, greatest);
             [radius * angle.cos(), radius * angle.sin()]
         })
@@ -281,5 +283,36 @@ pub(crate) fn edge_sum(loops: &[Vec<Vector>]) -> f64 {
             }
         }
     }
-    sum / std::f64::consts::TAU
+    sum / TAU
+}
+
+/// A unit normal: any, an axis, or one whose horizon touches a vertex or holds an edge, or whose
+/// zenith is on an edge or in the light.
+pub(crate) fn hostile_normal(placed: &Placed, point: Vector, random: &mut Random) -> Vector {
+    let edges = placed.edges();
+    let (a, b) = edges[random.index(edges.len())];
+    // In sizes, so that products of offsets neither vanish nor overflow.
+    let scaled = |v: Vector| (v - point) * (1.0 / placed.size);
+    let (a, b) = (scaled(a), scaled(b));
+    let across = |v: Vector, random: &mut Random| {
+        let (s, t) = v.normalize_or_zero().orthonormal_basis();
+        let (sin, cos) = random.range(0.0, TAU).sin_cos();
+        s * sin + t * cos
+    };
+    let normal = match random.index(8) {
+        0 => random.axis(),
+        1 => across(a, random),
+        2 => a.cross(b),
+        3 => a + (b - a) * random.range(0.0, 1.0),
+        4 => placed.axes[2],
+        5 => -placed.axes[2],
+        6 => across(placed.axes[2], random),
+        _ => random.direction(),
+    };
+    let unit = normal.normalize_or_zero();
+    if (unit.length() - 1.0).abs() < 1e-12 {
+        unit
+    } else {
+        random.axis()
+    }
 }

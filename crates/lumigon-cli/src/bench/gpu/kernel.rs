@@ -18,7 +18,7 @@ pub(super) fn pipeline(
     constants: &[(&str, f64)],
     layouts: &[&wgpu::BindGroupLayout],
 ) -> Result<wgpu::ComputePipeline, Failure> {
-    let text = lumigon_shaders::link(root, modules, &[])?;
+    let text = lumigon_shaders::link(root, modules)?;
     let scopes = [
         wgpu::ErrorFilter::Validation,
         wgpu::ErrorFilter::OutOfMemory,

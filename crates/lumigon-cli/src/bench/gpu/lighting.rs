@@ -4,9 +4,10 @@ use lumigon_wgpu::{LightBuffers, TableFormat, Tables};
 
 use super::kernel::{Binding, bind, filled, layout, pipeline, written};
 use super::shading::Shading;
-use super::timer::{Timer, median};
+use super::timer::Timer;
 use super::workload::{ExactLight, PixelRecord, pixels};
 use crate::Failure;
+use crate::bench::median;
 use crate::interrupt::Interrupt;
 
 /// The frame that times are for.

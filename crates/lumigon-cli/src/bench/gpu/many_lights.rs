@@ -9,8 +9,8 @@ use lumigon_renderer::{
 };
 use serde::Serialize;
 
-use super::timer::median;
 use crate::Failure;
+use crate::bench::median;
 use crate::interrupt::Interrupt;
 
 /// Lights stand on a square lattice about the camera's focus, nearest first: what a pixel sees of

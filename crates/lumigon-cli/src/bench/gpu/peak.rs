@@ -1,8 +1,9 @@
 //! What a GPU can do at most.
 
 use super::kernel::{Binding, bind, filled, layout, pipeline, written};
-use super::timer::{Timer, median};
+use super::timer::Timer;
 use crate::Failure;
+use crate::bench::median;
 
 /// Enough to fill every lane of the greatest devices several times.
 const INVOCATIONS: u32 = 1 << 20;

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::Failure;
+use crate::bench::median;
 
 /// No submission of the benchmark is meant to take a second.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -203,10 +204,4 @@ impl Queries {
             period: f64::from(queue.get_timestamp_period()) * 1e-9,
         }
     }
-}
-
-/// The median; 0 of nothing.
-pub(super) fn median(samples: &mut [f64]) -> f64 {
-    samples.sort_by(f64::total_cmp);
-    samples.get(samples.len() / 2).copied().unwrap_or(0.0)
 }

@@ -1,17 +1,12 @@
 //! Polygon lights, prepared for shading.
 
 use lumigon::{PolygonLight, Sides};
+use lumigon_wgpu::Light;
 
 use crate::scene::EmissivePolygon;
 
-/// A polygon light and its radiance.
-pub(crate) struct ShadingLight {
-    pub(crate) polygon: PolygonLight<f32>,
-    pub(crate) radiance: [f32; 3],
-}
-
 /// The lights whose outlines can be evaluated, and why the others light nothing.
-pub(crate) fn prepared_lights(lights: &[EmissivePolygon]) -> (Vec<ShadingLight>, Vec<String>) {
+pub(crate) fn prepared_lights(lights: &[EmissivePolygon]) -> (Vec<Light>, Vec<String>) {
     let mut prepared = Vec::new();
     let mut warnings = Vec::new();
     for light in lights {
@@ -21,7 +16,7 @@ pub(crate) fn prepared_lights(lights: &[EmissivePolygon]) -> (Vec<ShadingLight>,
             Sides::Front
         };
         match PolygonLight::new(&light.loops, sides).and_then(|polygon| polygon.cast()) {
-            Ok(polygon) => prepared.push(ShadingLight {
+            Ok(polygon) => prepared.push(Light {
                 polygon,
                 radiance: light.radiance.to_array(),
             }),
