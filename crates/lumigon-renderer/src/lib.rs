@@ -22,7 +22,7 @@ pub use render::{
     Rendering, Watch,
 };
 pub use scene::{
-    AlphaMode, Camera, EmissivePolygon, Filter, Limits, Material, Mesh, Projection, PunctualKind,
-    PunctualLight, Sampler, Scene, SceneError, SurfaceSample, Texture, TextureRef,
-    TextureTransform, Wrap,
+    AlphaMode, Camera, EmissivePolygon, Filter, ImageFile, Limits, Material, Mesh, Projection,
+    PunctualKind, PunctualLight, Sampler, Scene, SceneError, SurfaceSample, Texture, TextureRef,
+    TextureTransform, Wrap, decode_image, read_image,
 };

@@ -265,9 +265,9 @@ impl Materials {
         let place = format!("textures[{index}]");
         // The crate's stand-in for an image that only an extension supplies.
         if texture.source.value() == u32::MAX as usize {
-            context
-                .warnings
-                .add(format!("{place} has no PNG or JPEG image and is not shown"));
+            context.warnings.add(format!(
+                "{place} has no image that can be read and is not shown"
+            ));
             return Ok(None);
         }
         let sampler = match texture.sampler {
