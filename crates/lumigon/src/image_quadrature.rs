@@ -338,8 +338,9 @@ pub(crate) fn from_single<S: crate::real::Scalar>(x: f32) -> S {
 /// Colour from a weighted sum; the image's mean where nothing weighs anything.
 #[inline(always)]
 pub(crate) fn divided<T: Real>([r, g, b, weight]: [T; 4], pyramid: &ImagePyramid) -> [T; 3] {
-    let (zero, one) = (weight.constant(0.0), weight.constant(1.0));
-    let some = weight.gt(zero);
+    let one = weight.constant(1.0);
+    // Of less there would be no finite inverse.
+    let some = weight.gt(weight.constant(1e-35));
     let inverse = one / T::select(some, weight, one);
     let mean = crate::light_image::color(pyramid.mean());
     let mean = mean.map(|c| weight.broadcast(from_single(c)));

@@ -158,11 +158,18 @@ fn means_lie_within_the_image() {
             });
             // The one lookup jumps where it sees the light edge-on, and scalars are not fused.
             if round % 8 > 4 && method != ImageMethod::Lookup {
-                for (lane, scalar) in lanes.into_iter().zip([found[0], found[6]]) {
+                let lit = [
+                    irradiance(&light, point, normal),
+                    ltc_form_factor(&light, point, &prepared),
+                ];
+                for ((lane, scalar), lit) in lanes.into_iter().zip([found[0], found[6]]).zip(lit) {
+                    if lit < 1e-5 {
+                        continue;
+                    }
                     for (a, b) in lane.into_iter().zip(scalar) {
                         assert!(
                             (a - b).abs() < 1e-2,
-                            "{round} {method:?}: {lane:?} {scalar:?}"
+                            "{round} {method:?}: {lane:?} {scalar:?} at {point:?} {normal:?} {view:?} {narrow:?}"
                         );
                     }
                 }
