@@ -312,7 +312,7 @@ fn look_up<T: Real>(pyramid: &ImagePyramid, tap: &ImageTap<T>) -> [T; 4] {
 /// Level of a pyramid whose texels are half as wide as a tap that stands for so many of the largest
 /// level's.
 #[inline(always)]
-fn image_level(width: f32, height: f32) -> f32 {
+pub(crate) fn image_level(width: f32, height: f32) -> f32 {
     log2(width.max(height)) - 1.0
 }
 
