@@ -14,6 +14,9 @@ pub struct Lanes<S: Simd>(pub S::f32s);
 #[derive(Clone, Copy)]
 pub struct LaneMask<S: Simd>(pub S::mask32s);
 
+/// Lanes of the widest registers.
+const MOST_LANES: usize = 16;
+
 impl<S: Simd> Lanes<S> {
     /// Number of lanes.
     pub const COUNT: usize = <S::f32s as SimdBase<S>>::LEN;
@@ -132,6 +135,31 @@ impl<S: Simd> Real for Lanes<S> {
     fn select(mask: LaneMask<S>, if_true: Self, if_false: Self) -> Self {
         Self(mask.0.select(if_true.0, if_false.0))
     }
+    #[inline(always)]
+    fn lookup<const N: usize, const M: usize>(
+        inputs: [Self; N],
+        mut read: impl FnMut([f32; N]) -> [f32; M],
+    ) -> [Self; M] {
+        let simd = inputs[0].0.token();
+        let mut numbers = [[0.0; MOST_LANES]; N];
+        for (numbers, input) in numbers.iter_mut().zip(inputs) {
+            input.store(numbers);
+        }
+        let mut found = [[0.0; MOST_LANES]; M];
+        for lane in 0..Self::COUNT {
+            let values = read(core::array::from_fn(
+                #[inline(always)]
+                |i| numbers[i][lane],
+            ));
+            for (found, value) in found.iter_mut().zip(values) {
+                found[lane] = value;
+            }
+        }
+        found.map(
+            #[inline(always)]
+            |found| Self::from_slice(simd, &found),
+        )
+    }
 }
 
 #[cfg(test)]
@@ -154,6 +182,14 @@ mod tests {
             let (mut azimuth, mut quotient) = ([0.0; 16], [0.0; 16]);
             ly.atan2(lx).store(&mut azimuth);
             Lanes::angle_over_sine(ly * ly, lx).store(&mut quotient);
+            let mut swapped = [[0.0; 16]; 2];
+            for (to, from) in swapped
+                .iter_mut()
+                .zip(Lanes::lookup([ly, lx], |[y, x]| [x, y]))
+            {
+                from.store(to);
+            }
+            assert_eq!(swapped, [x, y]);
             for i in 0..n {
                 assert!((azimuth[i] - Real::atan2(y[i], x[i])).abs() < 5e-7);
                 let scalar = f32::angle_over_sine(y[i] * y[i], x[i]);

@@ -78,6 +78,11 @@ pub trait Real:
     }
     /// `if_true` where `mask` holds, else `if_false`.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
+    /// `read` of the inputs' numbers, lane by lane: lookups that have no SIMD form.
+    fn lookup<const N: usize, const M: usize>(
+        inputs: [Self; N],
+        read: impl FnMut([Self::Scalar; N]) -> [Self::Scalar; M],
+    ) -> [Self; M];
     /// Azimuth of the point (`x`, `self`) in \[-pi, pi\]; 0 for the origin.
     ///
     /// In single precision a minimax polynomial with absolute error below 4e-7.
@@ -183,6 +188,13 @@ macro_rules! scalar_real {
             #[inline(always)]
             fn select(mask: bool, if_true: $t, if_false: $t) -> $t {
                 if mask { if_true } else { if_false }
+            }
+            #[inline(always)]
+            fn lookup<const N: usize, const M: usize>(
+                inputs: [$t; N],
+                mut read: impl FnMut([$t; N]) -> [$t; M],
+            ) -> [$t; M] {
+                read(inputs)
             }
             $($extra)*
         }
