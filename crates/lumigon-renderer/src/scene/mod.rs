@@ -15,7 +15,7 @@ mod texture;
 use std::path::Path;
 
 pub use camera::{Camera, Projection};
-pub use emissive::EmissivePolygon;
+pub use emissive::{AlphaMask, EmissiveImage, EmissivePolygon, PlacedTexture, TextureMap};
 pub use error::SceneError;
 pub use image_file::{ImageFile, decode_image, read_image};
 pub use limits::Limits;

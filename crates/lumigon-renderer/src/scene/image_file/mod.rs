@@ -17,7 +17,7 @@ const BRIGHTEST: f32 = 1e30;
 
 /// A decoded image, row by row from the upper left.
 ///
-/// PNG and JPEG keep their 8 or 16 bits a channel; Radiance HDR and OpenEXR are linear, in single
+/// PNG and JPEG keep their 8 or 16 bits a channel; Radiance HDR and EXR are linear, in single
 /// precision, finite and nowhere negative.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImageFile {
@@ -65,7 +65,7 @@ impl ImageFile {
     }
 }
 
-/// Reads a PNG, JPEG, Radiance HDR or OpenEXR file.
+/// Reads a PNG, JPEG, Radiance HDR or EXR file.
 ///
 /// # Errors
 /// A [`SceneError`] that names the file, what is wrong with it, and the mend: it cannot be read, is

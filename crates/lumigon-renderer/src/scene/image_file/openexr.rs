@@ -1,4 +1,4 @@
-//! OpenEXR: the display window of the first layer with red, green and blue.
+//! EXR: the display window of the first layer with red, green and blue.
 
 use std::io::Cursor;
 

@@ -204,10 +204,6 @@ impl Materials {
                 .add(format!("{place}: negative emission is taken as none"));
             converted.emissive = converted.emissive.max(Vec3::ZERO);
         }
-        if converted.is_emissive() && matches!(alpha_mode, AlphaMode::Mask { .. }) {
-            let warning = "emissive faces with an alpha mask light the scene as if they had none";
-            context.warnings.add(warning);
-        }
         converted.base_color = converted.base_color.clamp(Vec4::ZERO, Vec4::ONE);
         converted.metallic = converted.metallic.clamp(0.0, 1.0);
         converted.perceptual_roughness = converted.perceptual_roughness.clamp(0.0, 1.0);
