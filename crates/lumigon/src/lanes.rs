@@ -10,6 +10,9 @@ use crate::real::{Mask, Real};
 #[derive(Clone, Copy, Debug)]
 pub struct Lanes<S: Simd>(pub S::f32s);
 
+/// Most lanes that a processor has.
+const MOST: usize = 16;
+
 /// A truth value for each of [`Lanes`].
 #[derive(Clone, Copy)]
 pub struct LaneMask<S: Simd>(pub S::mask32s);
@@ -132,6 +135,31 @@ impl<S: Simd> Real for Lanes<S> {
     fn select(mask: LaneMask<S>, if_true: Self, if_false: Self) -> Self {
         Self(mask.0.select(if_true.0, if_false.0))
     }
+    #[inline(always)]
+    fn lookup<const N: usize, const M: usize>(
+        inputs: [Self; N],
+        mut f: impl FnMut([f32; N]) -> [f32; M],
+    ) -> [Self; M] {
+        let simd = inputs[0].0.token();
+        let mut arguments = [[0.0; MOST]; N];
+        for (argument, input) in arguments.iter_mut().zip(inputs) {
+            input.store(argument);
+        }
+        let mut found = [[0.0; MOST]; M];
+        for lane in 0..Self::COUNT {
+            let mut own = [0.0; N];
+            for (own, argument) in own.iter_mut().zip(&arguments) {
+                *own = argument[lane];
+            }
+            for (found, own) in found.iter_mut().zip(f(own)) {
+                found[lane] = own;
+            }
+        }
+        found.map(
+            #[inline(always)]
+            |found| Self::from_slice(simd, &found),
+        )
+    }
 }
 
 #[cfg(test)]
@@ -158,6 +186,15 @@ mod tests {
                 assert!((azimuth[i] - Real::atan2(y[i], x[i])).abs() < 5e-7);
                 let scalar = f32::angle_over_sine(y[i] * y[i], x[i]);
                 assert!((quotient[i] / scalar - 1.0).abs() < 5e-7);
+            }
+            let [difference] = Lanes::lookup(
+                [ly, lx],
+                #[inline(always)]
+                |[y, x]| [y - x],
+            );
+            difference.store(&mut azimuth);
+            for i in 0..n {
+                assert_eq!(azimuth[i], y[i] - x[i]);
             }
         }
     }

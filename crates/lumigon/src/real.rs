@@ -78,6 +78,13 @@ pub trait Real:
     }
     /// `if_true` where `mask` holds, else `if_false`.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
+    /// What `f` finds for each lane by itself: for fetches whose places differ from lane to lane.
+    ///
+    /// `N` is at least 1.
+    fn lookup<const N: usize, const M: usize>(
+        inputs: [Self; N],
+        f: impl FnMut([Self::Scalar; N]) -> [Self::Scalar; M],
+    ) -> [Self; M];
     /// Azimuth of the point (`x`, `self`) in \[-pi, pi\]; 0 for the origin.
     ///
     /// In single precision a minimax polynomial with absolute error below 4e-7.
@@ -109,6 +116,8 @@ pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialOrd + Default + Debu
     fn from_f64(value: f64) -> Self;
     /// The value as f64, exactly for f32 and f64.
     fn to_f64(self) -> f64;
+    /// `self` to the power of `exponent`; NaN for negative numbers.
+    fn powf(self, exponent: Self) -> Self;
     /// Distance from 1 to the next number.
     #[inline(always)]
     fn epsilon() -> Self {
@@ -126,6 +135,10 @@ impl Scalar for f32 {
         f64::from(self)
     }
     #[inline(always)]
+    fn powf(self, exponent: f32) -> f32 {
+        power::f32(self, exponent)
+    }
+    #[inline(always)]
     fn epsilon() -> f32 {
         f32::EPSILON
     }
@@ -139,6 +152,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self
+    }
+    #[inline(always)]
+    fn powf(self, exponent: f64) -> f64 {
+        power::f64(self, exponent)
     }
 }
 
@@ -183,6 +200,13 @@ macro_rules! scalar_real {
             #[inline(always)]
             fn select(mask: bool, if_true: $t, if_false: $t) -> $t {
                 if mask { if_true } else { if_false }
+            }
+            #[inline(always)]
+            fn lookup<const N: usize, const M: usize>(
+                inputs: [$t; N],
+                mut f: impl FnMut([$t; N]) -> [$t; M],
+            ) -> [$t; M] {
+                f(inputs)
             }
             $($extra)*
         }
@@ -237,6 +261,24 @@ mod square_root {
         return x.sqrt();
         #[cfg(not(feature = "std"))]
         return libm::sqrt(x);
+    }
+}
+
+/// The standard library's own power where there is one.
+mod power {
+    #[inline(always)]
+    pub(super) fn f32(x: f32, exponent: f32) -> f32 {
+        #[cfg(feature = "std")]
+        return x.powf(exponent);
+        #[cfg(not(feature = "std"))]
+        return libm::powf(x, exponent);
+    }
+    #[inline(always)]
+    pub(super) fn f64(x: f64, exponent: f64) -> f64 {
+        #[cfg(feature = "std")]
+        return x.powf(exponent);
+        #[cfg(not(feature = "std"))]
+        return libm::pow(x, exponent);
     }
 }
 
