@@ -94,25 +94,25 @@ impl DistanceField {
     /// level.
     ///
     /// Linear between texels, and between the two levels whose texels are next to `width`: with l the
-    /// finer one, the coarser's share is width / 2^l - 1. Beyond the outermost texels' centres the
+    /// finer one, the coarser's share is width / 2^l - 1. Means over squares wider than the field grow
+    /// with the square, as they do about any small shape. Beyond the outermost texels' centres the
     /// distance goes on along the ray from the middle, in which most of the way away from the light
     /// leads: at most the true distance and the triangle inequality's slack too far.
     #[inline]
     pub fn fetch<S: Scalar>(&self, u: S, v: S, width: S) -> S {
-        let last = self.settings.levels() - 1;
+        let resolution = self.settings.resolution() as f32;
         let width = width.to_f64() as f32;
         // Not a number is as fine as can be.
-        let width = if width > 1.0 {
-            width.min((1_u32 << last) as f32)
-        } else {
-            1.0
-        };
+        let width = if width > 1.0 { width } else { 1.0 };
+        let beyond = (width / resolution).max(1.0) - 1.0;
+        let width = width.min(resolution);
         // The exponent and what is left of a float, without a logarithm.
         let level = (width.to_bits() >> 23) - 127;
         let share = width / (1_u32 << level) as f32 - 1.0;
         let fine = self.fetch_level(u, v, level);
         if share == 0.0 {
-            return fine;
+            let mean = self.texels[self.texels.len() - 1].max(0.0);
+            return fine + S::from_f64((mean * beyond).into());
         }
         let coarse = self.fetch_level(u, v, level + 1);
         fine + (coarse - fine) * S::from_f64(share.into())

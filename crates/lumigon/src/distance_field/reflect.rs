@@ -1,6 +1,7 @@
 //! Reflections read from a baked field.
 
 use super::field::DistanceField;
+use super::settings::DistanceFieldSmoothness;
 use crate::clip::Seen;
 use crate::polygon::PolygonLight;
 use crate::real::Real;
@@ -33,18 +34,18 @@ impl<'a, S: crate::Scalar> PlacedDistanceField<'a, S> {
 /// How much of the light a surface reflects to the viewer, 0 to 1: 1/(d + 1)^k_s of the distance d
 /// from the light at which the mirrored view meets its plane.
 ///
-/// `normal` and `view` (from the point to the viewer) are unit vectors. `smoothness` is k_s, at least
-/// 0; [`distance_field_smoothness`](super::distance_field_smoothness) has one for a GGX surface.
-/// `alpha` is the width of the surface's lobe, which widens along the ray: the distance is smoothed
-/// over a square of 2 alpha of the ray's length, so that rough surfaces see neither an outline's
-/// corners nor the creases between them. 0 reads the finest level everywhere.
+/// `normal` and `view` (from the point to the viewer) are unit vectors; `alpha`, at least 0, is the
+/// width of the surface's lobe. The lobe widens along its ray: d is smoothed over a square as wide
+/// as the lobe where it meets the plane, 4 alpha of the ray's length, since light turns by twice as
+/// much as a facet does, to either side. So rough surfaces see neither an outline's corners nor the
+/// creases between them, and small lights are dim to them. 0 reads the finest level everywhere.
 ///
 /// 0 behind a one-sided light, and where view or reflection are below the horizon or do not meet the
-/// plane. Nothing of it is physical but the mirror: where the reflection is well inside the light the
-/// value is 1, however little of a lobe the light fills.
+/// plane. What light comes from the sides of a lobe is a guess; see
+/// [`distance_field_smoothness`](super::distance_field_smoothness) for how good a one.
 ///
 /// Petryaev, "Polygons as lights", section on specular reflections. d is in the field's units there
-/// and here, radii over Phi.
+/// and here, radii over Phi; the smoothing is new.
 #[inline(always)]
 pub fn reflected_distance<T: Real>(
     light: &PolygonLight<T::Scalar>,
@@ -53,7 +54,7 @@ pub fn reflected_distance<T: Real>(
     normal: Vec3<T>,
     view: Vec3<T>,
     alpha: T,
-    smoothness: T,
+    smoothness: DistanceFieldSmoothness,
 ) -> T {
     let seen = Seen::new(light, point);
     let like = point.x;
@@ -79,7 +80,9 @@ pub fn reflected_distance<T: Real>(
     let v = b.mul_add(x, d) + a * y;
     let settings = placed.field.settings();
     let texels_per_radius = 0.5 * f64::from(settings.resolution()) / f64::from(settings.phi());
-    let width = alpha * distance * like.constant(2.0 * texels_per_radius);
+    let spread = alpha * distance;
+    let width = spread * like.constant(4.0 * texels_per_radius);
+    let smoothness = smoothness.at(spread, like.constant(settings.phi().into()));
     let [response] = T::lookup(
         [u, v, width, smoothness],
         #[inline(always)]

@@ -1,6 +1,7 @@
 //! What is baked, and how it is read.
 
 use super::smoothness::distance_field_smoothness;
+use crate::real::Real;
 
 /// Least texels along a side of a field.
 pub const MINIMUM_FIELD_RESOLUTION: u32 = 4;
@@ -24,7 +25,7 @@ impl Default for DistanceFieldSettings {
     fn default() -> Self {
         Self {
             resolution: 128,
-            phi: 1.5,
+            phi: 2.0,
             signed: false,
         }
     }
@@ -140,7 +141,7 @@ impl Default for DistanceFieldSmoothness {
 }
 
 impl DistanceFieldSmoothness {
-    /// That of the surface's own alpha, [`distance_field_smoothness`], times `factor`.
+    /// That of the surface's own lobe, [`distance_field_smoothness`], times `factor`.
     ///
     /// # Errors
     /// Where `factor` is not in (0, 1e6].
@@ -158,23 +159,23 @@ impl DistanceFieldSmoothness {
         Ok(Self(Choice::Fixed(checked(smoothness)?)))
     }
 
-    /// k_s = `scale` times [`distance_field_smoothness`] of alpha + `constant`, one of which is 0.
-    pub fn scale_and_constant(self) -> [f32; 2] {
+    /// k_s is the first number times [`distance_field_smoothness`], plus the second; one is 0.
+    pub fn factor_and_constant(self) -> [f32; 2] {
         match self.0 {
             Choice::Material { factor } => [factor, 0.0],
             Choice::Fixed(smoothness) => [0.0, smoothness],
         }
     }
 
-    /// k_s of a surface of this alpha, for a field of this phi.
+    /// k_s where a lobe's spread is `spread`, for a field of this `phi`; both as
+    /// [`distance_field_smoothness`] has them.
     #[inline(always)]
-    pub fn at<T: crate::Real>(self, alpha: T, phi: f32) -> T {
+    pub fn at<T: Real>(self, spread: T, phi: T) -> T {
         match self.0 {
             Choice::Material { factor } => {
-                distance_field_smoothness(alpha, alpha.constant(phi.into()))
-                    * alpha.constant(factor.into())
+                distance_field_smoothness(spread, phi) * spread.constant(factor.into())
             }
-            Choice::Fixed(smoothness) => alpha.constant(smoothness.into()),
+            Choice::Fixed(smoothness) => spread.constant(smoothness.into()),
         }
     }
 }

@@ -146,7 +146,7 @@ fn a_field_has_no_seams() {
             let finer = field.fetch(0.3, -0.9, width);
             let coarser = field.fetch(0.3, -0.9, width * 1.007);
             assert!(
-                (finer - coarser).abs() < 2e-2,
+                (finer - coarser).abs() < 2e-2 * (width / 64.0).max(1.0),
                 "{finer} {coarser} at {width}"
             );
         }
@@ -165,60 +165,69 @@ fn fetches_are_near_the_distance() {
             let place = |i: usize| ((2.0 * i as f64 + 1.0) / 64.0 - 1.0) * 4.0 / phi;
             let got = read.fetch(place(i % 64), place(i / 64), 1.0) * phi;
             let exact = exact * 4.0;
-            assert!((got - exact).abs() < 0.013 + 0.04 * exact, "{got} {exact}");
+            assert!((got - exact).abs() < 0.017 + 0.035 * exact, "{got} {exact}");
         }
     }
 }
 
-fn mirror(light: &PolygonLight<f64>, x: f64, y: f64, alpha: f64, smoothness: f64) -> (f64, f64) {
-    let field = DistanceField::new(light, DistanceFieldSettings::default());
+fn mirror(
+    light: &PolygonLight<f64>,
+    field: &DistanceField,
+    x: f64,
+    y: f64,
+    smoothness: f32,
+) -> [f64; 2] {
     let (center, _) = light.circumscribed_circle();
     let normal = Vec3::new(0.0, 0.0, 1.0);
     let point = Vec3::new(center.x, center.y, 0.0);
     let view = Vec3::new(-x, -y, 2.0).normalize_or_zero();
-    let placed = PlacedDistanceField::own(&field);
+    let placed = PlacedDistanceField::own(field);
     let rule = InclusionRule::CrossingNumber;
-    (
-        reflected_distance(light, placed, point, normal, view, alpha, smoothness),
+    let smoothness = DistanceFieldSmoothness::fixed(smoothness).unwrap();
+    [
+        reflected_distance(light, placed, point, normal, view, 0.0, smoothness),
         reflected_inclusion(light, point, normal, view, rule),
-    )
+    ]
 }
 
 #[test]
 fn a_smooth_surface_is_a_mirror() {
     let light = light(&[star(5, 0.4)]);
-    let mut lit = 0;
-    for i in 0..400 {
+    let field = DistanceField::new(&light, DistanceFieldSettings::default());
+    let texel = 4.0 / 128.0;
+    let (mut lit, mut dark) = (0, 0);
+    for i in 0..1600 {
         let (x, y) = (
-            f64::from(i % 20) * 0.11 - 1.04,
-            f64::from(i / 20) * 0.11 - 1.03,
+            f64::from(i % 40) * 0.055 - 1.04,
+            f64::from(i / 40) * 0.055 - 1.03,
         );
-        let (smooth, sharp) = mirror(&light, x, y, 0.0, 1e6);
-        // Next to the outline a texel is both.
-        if !(0.01..0.99).contains(&smooth) {
+        let [smooth, sharp] = mirror(&light, &field, x, y, 1e6);
+        // Within a texel of the outline it is between both.
+        let around = [(-1.5, 0.0), (1.5, 0.0), (0.0, -1.5), (0.0, 1.5)]
+            .map(|(a, b)| mirror(&light, &field, x + a * texel, y + b * texel, 1e6)[1]);
+        if around == [sharp; 4] {
             assert!(
-                (smooth - sharp).abs() < 0.011,
+                (smooth - sharp).abs() < 1e-6,
                 "{smooth} {sharp} at {x}, {y}"
             );
             lit += usize::from(sharp > 0.0);
+            dark += usize::from(sharp == 0.0);
         }
     }
-    assert!(lit > 20, "{lit}");
+    assert!(lit > 200 && dark > 400, "{lit} {dark}");
 }
 
 #[test]
 fn reflections_fade_with_the_distance() {
     let light = light(&[star(4, 0.9)]);
+    let field = DistanceField::new(&light, DistanceFieldSettings::default());
     for smoothness in [0.5, 3.0, 30.0] {
-        let at = |x: f64| mirror(&light, x, 0.0, 0.0, smoothness).0;
+        let at = |x: f64| mirror(&light, &field, x, 0.0, smoothness)[0];
         assert_eq!(at(0.0), 1.0);
-        let phi = f64::from(DistanceFieldSettings::default().phi());
         for x in [1.5, 3.0, 20.0] {
-            let exact = libm::pow((x - 1.0) / phi + 1.0, -smoothness);
-            assert!(
-                (at(x) / exact - 1.0).abs() < 0.02 * (1.0 + smoothness),
-                "{x} {smoothness}"
-            );
+            let exact = libm::pow((x - 1.0) / 2.0 + 1.0, -f64::from(smoothness));
+            let relative = 0.02 * (1.0 + f64::from(smoothness));
+            assert!((at(x) / exact - 1.0).abs() < relative, "{x} {smoothness}");
         }
     }
 }
@@ -236,16 +245,25 @@ fn it_is_dark_behind_and_below() {
     let at = |point: [f64; 3], normal: [f64; 3], view: [f64; 3]| {
         let view = Vec3::from(view).normalize_or_zero();
         let placed = PlacedDistanceField::own(&field);
-        reflected_distance(&light, placed, point.into(), normal.into(), view, 0.1, 2.0)
+        reflected_distance(
+            &light,
+            placed,
+            point.into(),
+            normal.into(),
+            view,
+            0.1,
+            Default::default(),
+        )
     };
     // It emits upwards.
     let (up, down) = ([0.0, 0.0, 1.0], [0.0, 0.0, -1.0]);
-    assert_eq!(at([0.0, 0.0, 4.0], down, [0.1, 0.0, -1.0]), 1.0);
+    let lit = at([0.0, 0.0, 4.0], down, [0.1, 0.0, -1.0]);
+    assert!((0.8..=1.0).contains(&lit), "{lit}");
     assert_eq!(at([0.0, 0.0, 0.0], up, [0.1, 0.0, 1.0]), 0.0);
     assert_eq!(at([0.0, 0.0, 4.0], down, [0.1, 0.0, 1.0]), 0.0);
     assert_eq!(at([0.0, 0.0, 4.0], up, [0.1, 0.0, 1.0]), 0.0);
     // Along the plane; and far from the light hardly anything is left.
     assert_eq!(at([0.0, 0.0, 4.0], [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 0.0);
     let grazing = at([0.0, 0.0, 4.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1e-9]);
-    assert!((0.0..1e-15).contains(&grazing), "{grazing}");
+    assert!((0.0..1e-9).contains(&grazing), "{grazing}");
 }
