@@ -93,6 +93,12 @@ impl Real for Counted {
     fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
         count(if mask { if_true.0 } else { if_false.0 })
     }
+    fn lookup<const N: usize, const M: usize>(
+        inputs: [Self; N],
+        mut f: impl FnMut([Self; N]) -> [Self; M],
+    ) -> [Self; M] {
+        f(inputs)
+    }
 }
 
 impl Scalar for Counted {
@@ -101,5 +107,8 @@ impl Scalar for Counted {
     }
     fn to_f64(self) -> f64 {
         self.0.into()
+    }
+    fn powf(self, exponent: Self) -> Self {
+        count(self.0.powf(exponent.0))
     }
 }

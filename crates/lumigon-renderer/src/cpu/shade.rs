@@ -3,9 +3,9 @@
 use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use lumigon::{
-    DiffuseMethod, Lanes, LocalOcclusion, Ltc, PreparedLtc, Real, SpecularMethod,
-    eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine, light_direction,
-    ltc_form_factor, reflected_inclusion,
+    DiffuseMethod, Lanes, LocalOcclusion, Ltc, PlacedDistanceField, PreparedLtc, Real,
+    SpecularMethod, eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine,
+    light_direction, ltc_form_factor, reflected_distance, reflected_inclusion,
 };
 use lumigon_wgpu::Light;
 
@@ -21,16 +21,19 @@ type Sums = [Vec<f32>; 3];
 /// Lights whose sum is rounded as one: single precision adds thousands only in parts.
 const LIGHTS_AT_ONCE: usize = 256;
 
-/// What each hit scatters of all polygon lights.
+/// What each hit scatters of all polygon lights; `fields` are theirs, for the method that reads them.
 pub(super) fn polygons(
     hits: &Hits,
     lights: &[Light],
+    fields: &[PlacedDistanceField<'_, f32>],
     diffuse: DiffuseMethod,
     specular: SpecularMethod,
 ) -> Vec<Scattered> {
     let mut scattered = vec![Scattered::default(); hits.surfaces().len()];
+    let mut fields = fields.chunks(LIGHTS_AT_ONCE);
     for lights in lights.chunks(LIGHTS_AT_ONCE) {
-        add_polygons(&mut scattered, hits, lights, diffuse, specular);
+        let fields = fields.next().unwrap_or_default();
+        add_polygons(&mut scattered, hits, lights, fields, diffuse, specular);
     }
     scattered
 }
@@ -40,6 +43,7 @@ fn add_polygons(
     scattered: &mut [Scattered],
     hits: &Hits,
     lights: &[Light],
+    fields: &[PlacedDistanceField<'_, f32>],
     diffuse: DiffuseMethod,
     specular: SpecularMethod,
 ) {
@@ -88,7 +92,7 @@ fn add_polygons(
     let direct = isotropic.chain([(&hits.direct_anisotropic, true)]);
     for (direct, anisotropic) in direct.filter(|(batch, _)| !batch.is_empty()) {
         let [whole, schlick] = dispatch!(Level::new(), simd => {
-            responses(simd, direct, lights, specular, anisotropic)
+            responses(simd, direct, lights, fields, specular, anisotropic)
         });
         for (i, &(hit, [f0, f90])) in direct.entries().iter().enumerate() {
             let (whole, schlick) = (at(&whole, i), at(&schlick, i));
@@ -254,6 +258,7 @@ fn responses<S: Simd>(
     simd: S,
     lobes: &Batch<DIRECT, [Vec3; 2]>,
     lights: &[Light],
+    fields: &[PlacedDistanceField<'_, f32>],
     method: SpecularMethod,
     anisotropic: bool,
 ) -> [Sums; 2] {
@@ -274,6 +279,20 @@ fn responses<S: Simd>(
                         let inside = reflected_inclusion(&light.polygon, point, normal, view, rule);
                         add(&mut whole, light.radiance, inside);
                         add(&mut schlick, light.radiance, inside * weight);
+                    }
+                }
+                SpecularMethod::ReflectedDistanceField { smoothness, .. } => {
+                    let weight = schlick_weight(normal.dot(view));
+                    // Distances have no direction: of two widths their mean.
+                    let alpha = lobes.lanes(simd, 12, start) * lobes.lanes(simd, 13, start);
+                    let alpha = alpha.sqrt();
+                    for (light, &field) in lights.iter().zip(fields) {
+                        let polygon = &light.polygon;
+                        let near = reflected_distance(
+                            polygon, field, point, normal, view, alpha, smoothness,
+                        );
+                        add(&mut whole, light.radiance, near);
+                        add(&mut schlick, light.radiance, near * weight);
                     }
                 }
                 SpecularMethod::LightVector => {

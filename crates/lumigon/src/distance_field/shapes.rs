@@ -74,17 +74,12 @@ impl<S: Scalar> DistanceFields<S> {
         &self.placements
     }
 
-    /// The field of a light.
-    ///
-    /// # Panics
-    /// Where there are no more than `light` lights.
-    #[inline(always)]
-    pub fn of_light(&self, light: usize) -> PlacedDistanceField<'_, S> {
-        let placement = &self.placements[light];
-        PlacedDistanceField {
+    /// The field of each light, in their order.
+    pub fn iter(&self) -> impl Iterator<Item = PlacedDistanceField<'_, S>> {
+        self.placements.iter().map(|placement| PlacedDistanceField {
             field: &self.fields[placement.field],
             light_to_field: placement.light_to_field,
-        }
+        })
     }
 }
 
