@@ -18,7 +18,7 @@ use crate::Failure;
 use crate::camera::choose_camera;
 use crate::gpu::{Backend, BackendChoice};
 use crate::interrupt::Interrupt;
-use crate::method::{Basis, Diffuse, Inclusion, Occlusion, Specular};
+use crate::method::{Basis, Diffuse, Images, Inclusion, Occlusion, Specular};
 use crate::progress::Progress;
 use crate::size::Size;
 
@@ -91,6 +91,9 @@ struct Method {
     /// How specular light is computed [default: ltc]
     #[arg(long, value_enum, conflicts_with = "reference", value_name = "METHOD")]
     specular: Option<Specular>,
+    /// How the images on lights are averaged [default: 2x2]
+    #[arg(long, value_enum, conflicts_with = "reference", value_name = "METHOD")]
+    image_method: Option<Images>,
     /// What computes
     #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
     backend: BackendChoice,
@@ -124,11 +127,21 @@ struct Field {
     field_budget: Option<u32>,
     /// How fast reflections fade with the distance, the same for every surface: k of 1/(1 + d)^k
     /// [default: from the surface's roughness]
-    #[arg(long, value_name = "K", requires = "specular", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "K",
+        requires = "specular",
+        allow_negative_numbers = true
+    )]
     smoothness: Option<f32>,
     /// Factor to the k that comes from the surface's roughness [default: 1]
-    #[arg(long, value_name = "FACTOR", requires = "specular", conflicts_with = "smoothness",
-        allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        requires = "specular",
+        conflicts_with = "smoothness",
+        allow_negative_numbers = true
+    )]
     smoothness_factor: Option<f32>,
 }
 
@@ -144,8 +157,7 @@ impl Field {
 
     fn method(&self) -> Result<SpecularMethod, Failure> {
         let default = DistanceFieldSettings::default();
-        let refused =
-            |fault: DistanceFieldError| Failure::usage("render", &fault.to_string());
+        let refused = |fault: DistanceFieldError| Failure::usage("render", &fault.to_string());
         let field = DistanceFieldSettings::new(
             self.field_resolution.unwrap_or(default.resolution()),
             self.field_phi.unwrap_or(default.phi()),
@@ -164,7 +176,8 @@ impl Field {
     /// In bytes.
     fn budget(&self) -> u64 {
         let default = RenderSettings::default().distance_field_budget;
-        self.field_budget.map_or(default, |mib| u64::from(mib) << 20)
+        self.field_budget
+            .map_or(default, |mib| u64::from(mib) << 20)
     }
 }
 
@@ -310,6 +323,7 @@ impl Render {
                 samples,
                 diffuse,
                 specular,
+                image_method: self.method.image_method.unwrap_or_default().into(),
                 light_bound: self.method.light_bound.unwrap_or(0.0),
                 distance_field_budget: self.method.field.budget(),
             };

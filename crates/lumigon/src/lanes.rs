@@ -10,12 +10,12 @@ use crate::real::{Mask, Real};
 #[derive(Clone, Copy, Debug)]
 pub struct Lanes<S: Simd>(pub S::f32s);
 
-/// Most lanes that a processor has.
-const MOST: usize = 16;
-
 /// A truth value for each of [`Lanes`].
 #[derive(Clone, Copy)]
 pub struct LaneMask<S: Simd>(pub S::mask32s);
+
+/// Lanes of the widest registers.
+const MOST_LANES: usize = 16;
 
 impl<S: Simd> Lanes<S> {
     /// Number of lanes.
@@ -138,21 +138,21 @@ impl<S: Simd> Real for Lanes<S> {
     #[inline(always)]
     fn lookup<const N: usize, const M: usize>(
         inputs: [Self; N],
-        mut f: impl FnMut([f32; N]) -> [f32; M],
+        mut read: impl FnMut([f32; N]) -> [f32; M],
     ) -> [Self; M] {
         let simd = inputs[0].0.token();
-        let mut arguments = [[0.0; MOST]; N];
-        for (argument, input) in arguments.iter_mut().zip(inputs) {
-            input.store(argument);
+        let mut numbers = [[0.0; MOST_LANES]; N];
+        for (numbers, input) in numbers.iter_mut().zip(inputs) {
+            input.store(numbers);
         }
-        let mut found = [[0.0; MOST]; M];
+        let mut found = [[0.0; MOST_LANES]; M];
         for lane in 0..Self::COUNT {
-            let mut own = [0.0; N];
-            for (own, argument) in own.iter_mut().zip(&arguments) {
-                *own = argument[lane];
-            }
-            for (found, own) in found.iter_mut().zip(f(own)) {
-                found[lane] = own;
+            let values = read(core::array::from_fn(
+                #[inline(always)]
+                |i| numbers[i][lane],
+            ));
+            for (found, value) in found.iter_mut().zip(values) {
+                found[lane] = value;
             }
         }
         found.map(
@@ -182,19 +182,18 @@ mod tests {
             let (mut azimuth, mut quotient) = ([0.0; 16], [0.0; 16]);
             ly.atan2(lx).store(&mut azimuth);
             Lanes::angle_over_sine(ly * ly, lx).store(&mut quotient);
+            let mut swapped = [[0.0; 16]; 2];
+            for (to, from) in swapped
+                .iter_mut()
+                .zip(Lanes::lookup([ly, lx], |[y, x]| [x, y]))
+            {
+                from.store(to);
+            }
+            assert_eq!(swapped, [x, y]);
             for i in 0..n {
                 assert!((azimuth[i] - Real::atan2(y[i], x[i])).abs() < 5e-7);
                 let scalar = f32::angle_over_sine(y[i] * y[i], x[i]);
                 assert!((quotient[i] / scalar - 1.0).abs() < 5e-7);
-            }
-            let [difference] = Lanes::lookup(
-                [ly, lx],
-                #[inline(always)]
-                |[y, x]| [y - x],
-            );
-            difference.store(&mut azimuth);
-            for i in 0..n {
-                assert_eq!(azimuth[i], y[i] - x[i]);
             }
         }
     }

@@ -249,9 +249,16 @@ pub(crate) fn cofactors<T: Real>(rows: [Vec3<T>; 3]) -> [Vec3<T>; 3] {
 
 /// Vertices in cosine space.
 #[derive(Clone, Copy)]
-struct Transformed<'a, O, T> {
+pub(crate) struct Transformed<'a, O, T> {
     offsets: O,
     lobe: &'a PreparedLtc<T>,
+}
+
+impl<'a, O: Offsets<T>, T: Real> Transformed<'a, O, T> {
+    #[inline(always)]
+    pub(crate) fn new(offsets: O, lobe: &'a PreparedLtc<T>) -> Self {
+        Self { offsets, lobe }
+    }
 }
 
 impl<O: Offsets<T>, T: Real> Offsets<T> for Transformed<'_, O, T> {
@@ -280,10 +287,7 @@ pub fn ltc_form_factor<T: Real>(
     }
     let center = lobe.transform(seen.center);
     let world_offsets = Shared::new(light, point.x);
-    let offsets = Transformed {
-        offsets: world_offsets,
-        lobe,
-    };
+    let offsets = Transformed::new(world_offsets, lobe);
 
     let mut whole = height.ge(one) & center.z.ge(one);
     let mut lit = visible;

@@ -78,12 +78,10 @@ pub trait Real:
     }
     /// `if_true` where `mask` holds, else `if_false`.
     fn select(mask: Self::Mask, if_true: Self, if_false: Self) -> Self;
-    /// What `f` finds for each lane by itself: for fetches whose places differ from lane to lane.
-    ///
-    /// `N` is at least 1.
+    /// `read` of the inputs' numbers, lane by lane: lookups that have no SIMD form.
     fn lookup<const N: usize, const M: usize>(
         inputs: [Self; N],
-        f: impl FnMut([Self::Scalar; N]) -> [Self::Scalar; M],
+        read: impl FnMut([Self::Scalar; N]) -> [Self::Scalar; M],
     ) -> [Self; M];
     /// Azimuth of the point (`x`, `self`) in \[-pi, pi\]; 0 for the origin.
     ///
@@ -204,9 +202,9 @@ macro_rules! scalar_real {
             #[inline(always)]
             fn lookup<const N: usize, const M: usize>(
                 inputs: [$t; N],
-                mut f: impl FnMut([$t; N]) -> [$t; M],
+                mut read: impl FnMut([$t; N]) -> [$t; M],
             ) -> [$t; M] {
-                f(inputs)
+                read(inputs)
             }
             $($extra)*
         }

@@ -1,7 +1,8 @@
 //! What is compared: every method with its words and its source.
 
 use lumigon::{
-    DiffuseMethod, DistanceFieldSettings, DistanceFieldSmoothness, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
+    DiffuseMethod, DistanceFieldSettings, DistanceFieldSmoothness, InclusionRule, LocalOcclusion,
+    LtcLobes, ProjectionBasis, SpecularMethod,
 };
 use lumigon_renderer::{Pixels, Rendering, Scene};
 use serde::Serialize;

@@ -1,0 +1,256 @@
+//! Images on polygon lights.
+
+use alloc::vec;
+use alloc::vec::Vec;
+
+use crate::coverage::{coverage, nearest_covered};
+use crate::image_lookup::GaussianLevels;
+use crate::image_pyramid::{ImagePyramid, Texel, for_each_row};
+use crate::polygon::PolygonLight;
+use crate::real::Scalar;
+use crate::vec3::Vec3;
+
+/// Weight of colours beyond the outline, which are those of its nearest texels. Without it a lookup
+/// that meets no covered texel would have no colour.
+const BEYOND: f32 = 0.01;
+
+/// Longest side of an image.
+const LONGEST_SIDE: u32 = 1 << 14;
+
+/// Why a light has no such image. Rows and columns are counted from 0.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum LightImageError {
+    /// The size is not one that can be halved down to one texel.
+    #[error("an image of {width} x {height} texels: give powers of two from 1 to 16384")]
+    Size {
+        /// Texels across.
+        width: u32,
+        /// Texels down.
+        height: u32,
+    },
+    /// The two edges do not span a parallelogram in the light's plane, or are not finite.
+    #[error("the image's edges span no parallelogram: give two that differ in direction")]
+    Frame,
+    /// There are more or fewer colours than texels.
+    #[error("{count} colours for {expected} texels: give one for each, row by row")]
+    Count {
+        /// How many there are.
+        count: usize,
+        /// How many there should be.
+        expected: usize,
+    },
+    /// A colour is negative, infinite or NaN.
+    #[error("texel ({x}, {y}) is {value}: lights emit finite amounts, at least 0; mend the image")]
+    Value {
+        /// Column.
+        x: usize,
+        /// Row.
+        y: usize,
+        /// The first bad channel.
+        value: f32,
+    },
+}
+
+/// The parallelogram that an image covers: its corner at (u, v) = (0, 0), the upper left of the
+/// first texel, and its edges along u, across the columns, and along v, down the rows. In radii from
+/// the centre of the light's circumscribed circle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ImageFrame<S> {
+    /// Where u = v = 0.
+    pub corner: Vec3<S>,
+    /// From there to u = 1.
+    pub edge_u: Vec3<S>,
+    /// From there to v = 1.
+    pub edge_v: Vec3<S>,
+}
+
+impl ImageFrame<f64> {
+    /// (u, v) of a point in the plane.
+    fn coordinates(&self, point: Vec3<f64>) -> [f64; 2] {
+        let normal = self.edge_u.cross(self.edge_v);
+        let inverse = 1.0 / normal.dot(normal);
+        let offset = point - self.corner;
+        [
+            offset.cross(self.edge_v).dot(normal) * inverse,
+            self.edge_u.cross(offset).dot(normal) * inverse,
+        ]
+    }
+}
+
+/// What a light shows: radiance is the light's own times the image's colour there.
+///
+/// The image lies on a parallelogram around the light's outline; what is outside the outline emits
+/// nothing. Texels carry how much of them the outline covers, and colours continue beyond it, so
+/// that filtering mixes no black in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightImage<S> {
+    frame: ImageFrame<S>,
+    pyramid: ImagePyramid,
+    /// Share of each texel inside the outline, and which texel gives it its colour; none where all
+    /// are wholly inside.
+    outline: Option<Outline>,
+    gaussian: Option<GaussianLevels>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Outline {
+    coverage: Vec<f32>,
+    source: Vec<u32>,
+}
+
+impl<S: Scalar> LightImage<S> {
+    /// A white image of `size` texels, powers of two, on the parallelogram that starts at `corner`,
+    /// all in the space of the light's vertices.
+    ///
+    /// # Errors
+    /// Where size or parallelogram are none.
+    pub fn new(
+        light: &PolygonLight<f64>,
+        [corner, edge_u, edge_v]: [[f64; 3]; 3],
+        size: [u32; 2],
+    ) -> Result<Self, LightImageError> {
+        let [width, height] = size;
+        if size
+            .iter()
+            .any(|side| !side.is_power_of_two() || *side > LONGEST_SIDE)
+        {
+            return Err(LightImageError::Size { width, height });
+        }
+        let (center, radius) = light.circumscribed_circle();
+        let inverse = 1.0 / radius;
+        // On the light's plane, as its vertices.
+        let flat = |v: Vec3<f64>| v - light.normal() * light.normal().dot(v);
+        let plane = light.normal() * light.normal().dot(light.offsets()[0]);
+        let frame = ImageFrame {
+            corner: flat((Vec3::from(corner) - center) * inverse) + plane,
+            edge_u: flat(Vec3::from(edge_u) * inverse),
+            edge_v: flat(Vec3::from(edge_v) * inverse),
+        };
+        let area = frame.edge_u.cross(frame.edge_v).length();
+        let lengths = frame.edge_u.length() * frame.edge_v.length();
+        let finite = area.is_finite() && frame.corner.length().is_finite();
+        if !finite || area <= 1e-9 * lengths || lengths < 1e-18 {
+            return Err(LightImageError::Frame);
+        }
+        let scaled = |offset: Vec3<f64>| {
+            let [u, v] = frame.coordinates(offset);
+            [u * f64::from(width), v * f64::from(height)]
+        };
+        let corners: Vec<_> = light.offsets().iter().map(|&v| scaled(v)).collect();
+        let coverage = coverage(&corners, light.loop_ranges(), size);
+        let whole = coverage.iter().all(|&share| share > 0.999_999);
+        let outline = (!whole).then(|| {
+            let texel = [
+                frame.edge_u.length() / f64::from(width),
+                frame.edge_v.length() / f64::from(height),
+            ];
+            let source = nearest_covered(&coverage, width as usize, texel);
+            Outline { coverage, source }
+        });
+        let cast = |v: Vec3<f64>| Vec3::new(S::from_f64(v.x), S::from_f64(v.y), S::from_f64(v.z));
+        let mut image = Self {
+            frame: ImageFrame {
+                corner: cast(frame.corner),
+                edge_u: cast(frame.edge_u),
+                edge_v: cast(frame.edge_v),
+            },
+            pyramid: ImagePyramid::new(size),
+            outline,
+            gaussian: None,
+        };
+        image.fill(&vec![[1.0; 3]; width as usize * height as usize]);
+        Ok(image)
+    }
+
+    /// Shows other colours: linear, one a texel of [`LightImage::size`], row by row from (0, 0). Filters
+    /// them, on all processors with the feature `parallel`.
+    ///
+    /// # Errors
+    /// Where their number is wrong or one is no colour; the image then stays what it was.
+    pub fn replace(&mut self, colors: &[[f32; 3]]) -> Result<(), LightImageError> {
+        let [width, height] = self.size().map(|side| side as usize);
+        if colors.len() != width * height {
+            return Err(LightImageError::Count {
+                count: colors.len(),
+                expected: width * height,
+            });
+        }
+        // Finite sums of texels, whatever they are: a texel adds less than the largest number over
+        // their count.
+        let most = f32::MAX / 16.0 / (width * height) as f32;
+        let bad = |value: &f32| !(0.0..=most).contains(value);
+        if let Some(i) = colors.iter().position(|color| color.iter().any(bad)) {
+            let value = colors[i].into_iter().find(bad).unwrap_or_default();
+            let (x, y) = (i % width, i / width);
+            return Err(LightImageError::Value { x, y, value });
+        }
+        self.fill(colors);
+        Ok(())
+    }
+
+    fn fill(&mut self, colors: &[[f32; 3]]) {
+        let width = self.size()[0] as usize;
+        let outline = self.outline.as_ref();
+        for_each_row(self.pyramid.base(), width, |y, row| {
+            for (x, texel) in row.iter_mut().enumerate() {
+                let i = y * width + x;
+                let (weight, source) = match outline {
+                    None => (1.0 + BEYOND, i),
+                    Some(outline) => (outline.coverage[i] + BEYOND, outline.source[i] as usize),
+                };
+                let [r, g, b] = colors[source].map(|c| c * weight);
+                *texel = [r, g, b, weight];
+            }
+        });
+        self.pyramid.filter();
+        if self.gaussian.is_some() {
+            self.gaussian = Some(GaussianLevels::new(&self.pyramid, BEYOND));
+        }
+    }
+
+    /// Filters the levels that [`ImageMethod::Lookup`](crate::ImageMethod::Lookup) reads, now and at
+    /// every [`LightImage::replace`]: a few times the work of the pyramid.
+    pub fn filter_gaussian_levels(&mut self) {
+        self.gaussian = Some(GaussianLevels::new(&self.pyramid, BEYOND));
+    }
+
+    /// The levels of [`LightImage::filter_gaussian_levels`], if it was called.
+    pub fn gaussian_levels(&self) -> Option<&GaussianLevels> {
+        self.gaussian.as_ref()
+    }
+
+    /// Texels across and down.
+    pub fn size(&self) -> [u32; 2] {
+        self.pyramid.size()
+    }
+
+    /// Where it lies.
+    pub fn frame(&self) -> ImageFrame<S> {
+        self.frame
+    }
+
+    /// Its levels: texels are colour times weight, and weight; the weight is what the outline covers
+    /// of them, and a hundredth.
+    pub fn pyramid(&self) -> &ImagePyramid {
+        &self.pyramid
+    }
+
+    /// How much of each texel is inside the outline, row by row, and which texel gives it its
+    /// colour; `None` where the outline covers all of the image.
+    pub fn coverage(&self) -> Option<(&[f32], &[u32])> {
+        let outline = self.outline.as_ref()?;
+        Some((&outline.coverage, &outline.source))
+    }
+
+    /// The mean colour of the outline's inside.
+    pub fn mean(&self) -> [f32; 3] {
+        color(self.pyramid.mean())
+    }
+}
+
+/// The colour of a weighted texel.
+#[inline(always)]
+pub(crate) fn color([r, g, b, weight]: Texel) -> [f32; 3] {
+    let inverse = 1.0 / weight;
+    [r * inverse, g * inverse, b * inverse]
+}
