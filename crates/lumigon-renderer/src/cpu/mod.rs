@@ -57,7 +57,7 @@ impl<'a> CpuRenderer<'a> {
     /// Builds the hierarchy and prepares the lights.
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
-        let (lights, warnings) = prepared_lights(&scene.polygon_lights);
+        let (lights, warnings) = prepared_lights(&scene.polygon_lights, Some(&scene.textures));
         Self {
             scene,
             geometry: Geometry::new(scene),

@@ -136,7 +136,7 @@ impl Lighting {
 
 /// The lights that can be evaluated, neighbours in clusters, and why the others light nothing.
 fn prepared(lights: &[EmissivePolygon]) -> (Vec<Light>, Vec<String>) {
-    let (mut lights, warnings) = prepared_lights(lights);
+    let (mut lights, warnings) = prepared_lights(lights, None);
     sort_by_place(&mut lights);
     (lights, warnings)
 }
