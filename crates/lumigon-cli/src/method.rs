@@ -1,7 +1,7 @@
 //! The methods' names on the command line and in questions.
 
 use clap::ValueEnum;
-use lumigon::{InclusionRule, LocalOcclusion, ProjectionBasis};
+use lumigon::{ImageMethod, InclusionRule, LocalOcclusion, ProjectionBasis};
 use serde::Deserialize;
 
 /// The bias where none is given, in scene units.
@@ -81,6 +81,44 @@ pub(crate) enum Specular {
     LightVector,
     /// No specular light
     None,
+}
+
+/// How the image on a light is averaged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Deserialize)]
+pub(crate) enum Images {
+    /// One lookup in Gaussian levels along the light vector: common practice
+    #[value(name = "lookup")]
+    #[serde(rename = "lookup")]
+    Lookup,
+    /// One tap where the weight is
+    #[value(name = "1x1")]
+    #[serde(rename = "1x1")]
+    One,
+    /// Four taps
+    #[default]
+    #[value(name = "2x2")]
+    #[serde(rename = "2x2")]
+    Two,
+    /// Nine taps
+    #[value(name = "3x3")]
+    #[serde(rename = "3x3")]
+    Three,
+    /// Sixteen taps
+    #[value(name = "4x4")]
+    #[serde(rename = "4x4")]
+    Four,
+}
+
+impl From<Images> for ImageMethod {
+    fn from(images: Images) -> Self {
+        match images {
+            Images::Lookup => Self::Lookup,
+            Images::One => Self::Quadrature { taps: 1 },
+            Images::Two => Self::Quadrature { taps: 2 },
+            Images::Three => Self::Quadrature { taps: 3 },
+            Images::Four => Self::Quadrature { taps: 4 },
+        }
+    }
 }
 
 /// What makes a point of the light's plane part of the light.

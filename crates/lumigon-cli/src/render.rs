@@ -15,7 +15,7 @@ use crate::Failure;
 use crate::camera::choose_camera;
 use crate::gpu::{Backend, BackendChoice};
 use crate::interrupt::Interrupt;
-use crate::method::{Basis, Diffuse, Inclusion, Occlusion, Specular};
+use crate::method::{Basis, Diffuse, Images, Inclusion, Occlusion, Specular};
 use crate::progress::Progress;
 use crate::size::Size;
 
@@ -88,6 +88,9 @@ struct Method {
     /// How specular light is computed [default: ltc]
     #[arg(long, value_enum, conflicts_with = "reference", value_name = "METHOD")]
     specular: Option<Specular>,
+    /// How the images on lights are averaged [default: 2x2]
+    #[arg(long, value_enum, conflicts_with = "reference", value_name = "METHOD")]
+    image_method: Option<Images>,
     /// What computes
     #[arg(long, value_enum, value_name = "WHAT", default_value_t)]
     backend: BackendChoice,
@@ -243,6 +246,7 @@ impl Render {
                 samples,
                 diffuse,
                 specular,
+                image_method: self.method.image_method.unwrap_or_default().into(),
                 light_bound: self.method.light_bound.unwrap_or(0.0),
             };
             backend.render(camera, &settings, watch)

@@ -19,6 +19,7 @@ pub(crate) fn prepared_lights(lights: &[EmissivePolygon]) -> (Vec<Light>, Vec<St
             Ok(polygon) => prepared.push(Light {
                 polygon,
                 radiance: light.radiance.to_array(),
+                image: None,
             }),
             Err(fault) => {
                 warnings.push(format!("light \"{}\" lights nothing: {fault}", light.name));

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use lumigon::{DiffuseMethod, SpecularMethod};
+use lumigon::{DiffuseMethod, ImageMethod, SpecularMethod};
 
 /// Longest side of a picture, in pixels.
 pub const MAXIMUM_SIDE: u32 = 32_768;
@@ -21,6 +21,8 @@ pub struct RenderSettings {
     /// How specular light is computed. [`LtcLobes::Two`](lumigon::LtcLobes::Two) holds for isotropic
     /// GGX, coats included: anisotropic surfaces, sheens and rough diffuse ones keep their one lobe.
     pub specular: SpecularMethod,
+    /// How the images on lights are averaged.
+    pub image_method: ImageMethod,
     /// Radiance, at least 0: lights that add less than this to a pixel may be left out, each of
     /// them, where diffuse light is exact and specular light, if any, by LTC. 0 leaves out none, and
     /// the CPU never does.
@@ -35,6 +37,7 @@ impl Default for RenderSettings {
             samples: 4,
             diffuse: DiffuseMethod::default(),
             specular: SpecularMethod::default(),
+            image_method: ImageMethod::default(),
             light_bound: 0.0,
         }
     }

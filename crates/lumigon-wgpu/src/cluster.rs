@@ -105,6 +105,7 @@ mod tests {
         Light {
             polygon: polygon.cast().unwrap(),
             radiance: [0.5, 2.0, 1.0],
+            image: None,
         }
     }
 

@@ -1,15 +1,17 @@
 //! Lights as shaders read them.
 
 use bytemuck::{Pod, Zeroable};
-use lumigon::{PolygonLight, Sides, Vec3};
+use lumigon::{LightImage, PolygonLight, Sides, Vec3};
 
-/// A light: its polygon and its radiance.
+/// A light: its polygon, its radiance, and what it shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     /// Prepared once; see [`lumigon::PolygonLight::cast`].
     pub polygon: PolygonLight<f32>,
     /// Linear RGB radiance.
     pub radiance: [f32; 3],
+    /// Multiplies the radiance, place by place.
+    pub image: Option<LightImage<f32>>,
 }
 
 /// The shaders' struct `PolygonLight`, field by field.

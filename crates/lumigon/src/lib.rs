@@ -85,7 +85,7 @@ pub use polygon::{PLANARITY_TOLERANCE, PolygonError, PolygonLight, Sides};
 pub use projected_area::{LocalOcclusion, ProjectionBasis, projected_area, projection_axis};
 pub use pyramid::Pyramid;
 pub use real::{Mask, Real, Scalar};
-pub use reflection::{InclusionRule, reflected_inclusion};
+pub use reflection::{InclusionRule, reflected_image, reflected_inclusion};
 pub use solid_angle::{solid_angle, solid_angle_above};
 pub use technique::{DiffuseMethod, LtcLobes, SpecularMethod};
 pub use vec3::Vec3;

@@ -5,6 +5,8 @@
 //! crossing number (Franklin, "PNPOLY") or by winding number (Sunday).
 
 use crate::clip::Seen;
+use crate::image_quadrature::{from_single, image_level, single};
+use crate::light_image::{LightImage, color};
 use crate::polygon::PolygonLight;
 use crate::real::Real;
 use crate::vec3::Vec3;
@@ -44,6 +46,52 @@ pub fn reflected_inclusion<T: Real>(
     let x = Vec3::broadcast(like, x_axis).dot(hit);
     let y = Vec3::broadcast(like, y_axis).dot(hit);
     T::select(meets & contains(light, x, y, rule), one, zero)
+}
+
+/// The colour of the light's image where the mirrored view meets the light's plane, or the nearest
+/// that the image has. Linear RGB.
+///
+/// `spread` is how much wider a lobe grows per unit of its length: 0 for a mirror. The image is read
+/// as wide as the lobe is there.
+#[inline(always)]
+pub fn reflected_image<T: Real>(
+    light: &PolygonLight<T::Scalar>,
+    image: &LightImage<T::Scalar>,
+    point: Vec3<T>,
+    normal: Vec3<T>,
+    view: Vec3<T>,
+    spread: T,
+) -> [T; 3] {
+    let seen = Seen::new(light, point);
+    let like = point.x;
+    let (zero, one) = (like.constant(0.0), like.constant(1.0));
+    let cosine = normal.dot(view);
+    let direction = normal * (cosine + cosine) - view;
+    let approach = seen.away.dot(direction);
+    let meets = approach.gt(zero);
+    let distance = seen.plane_distance / T::select(meets, approach, one);
+    let frame = image.frame();
+    let [corner, edge_u, edge_v] =
+        [frame.corner, frame.edge_u, frame.edge_v].map(|v| Vec3::broadcast(like, v));
+    let hit = direction * distance - seen.center - corner;
+    let cross = edge_u.cross(edge_v);
+    let inverse = one / cross.dot(cross);
+    let u = hit.cross(edge_v).dot(cross) * inverse;
+    let v = edge_u.cross(hit).dot(cross) * inverse;
+    // Widths of the lobe in texels.
+    let [width, height] = image.size().map(f64::from);
+    let across = distance * spread;
+    let columns = across * like.constant(width) / edge_u.length();
+    let rows = across * like.constant(height) / edge_v.length();
+    let pyramid = image.pyramid();
+    T::lookup(
+        [u, v, columns, rows],
+        #[inline(always)]
+        |numbers| {
+            let [u, v, columns, rows] = numbers.map(single);
+            color(pyramid.sample(u, v, image_level(columns, rows))).map(from_single)
+        },
+    )
 }
 
 /// A vertex in radii along the plane's axes.

@@ -93,6 +93,13 @@ impl Real for Counted {
     fn select(mask: bool, if_true: Self, if_false: Self) -> Self {
         count(if mask { if_true.0 } else { if_false.0 })
     }
+    /// Not counted: memory bounds it, not arithmetic.
+    fn lookup<const N: usize, const M: usize>(
+        inputs: [Self; N],
+        mut read: impl FnMut([Self; N]) -> [Self; M],
+    ) -> [Self; M] {
+        read(inputs)
+    }
 }
 
 impl Scalar for Counted {

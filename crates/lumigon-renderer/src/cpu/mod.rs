@@ -10,9 +10,10 @@ mod pixel_samples;
 mod reference;
 mod shade;
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lumigon::Vec3 as LightVec3;
+use lumigon::{ImageMethod, LightImage, Vec3 as LightVec3};
 use lumigon_wgpu::Light;
 use rayon::prelude::*;
 
@@ -43,6 +44,8 @@ pub struct CpuRenderer<'a> {
     scene: &'a Scene,
     geometry: Geometry,
     lights: Vec<Light>,
+    /// The same, where images have the levels of the one lookup.
+    lookup_lights: OnceLock<Vec<Light>>,
     warnings: Vec<String>,
     fitted: FittedLobes,
 }
@@ -56,6 +59,7 @@ impl<'a> CpuRenderer<'a> {
             scene,
             geometry: Geometry::new(scene),
             lights,
+            lookup_lights: OnceLock::new(),
             warnings,
             fitted: FittedLobes::new(),
         }
@@ -172,9 +176,28 @@ impl<'a> CpuRenderer<'a> {
         Some(tile)
     }
 
+    fn lights(&self, images: ImageMethod) -> &[Light] {
+        if images != ImageMethod::Lookup || self.lights.iter().all(|light| light.image.is_none()) {
+            return &self.lights;
+        }
+        self.lookup_lights.get_or_init(|| {
+            let mut lights = self.lights.clone();
+            lights
+                .iter_mut()
+                .filter_map(|light| light.image.as_mut())
+                .for_each(LightImage::filter_gaussian_levels);
+            lights
+        })
+    }
+
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
     fn shade(&self, hits: &Hits, settings: &RenderSettings, share: f32, tile: &mut Tile) {
-        let mut light = shade::polygons(hits, &self.lights, settings.diffuse, settings.specular);
+        let methods = shade::Methods {
+            diffuse: settings.diffuse,
+            specular: settings.specular,
+            images: settings.image_method,
+        };
+        let mut light = shade::polygons(hits, self.lights(settings.image_method), methods);
         for punctual in &self.scene.punctual_lights {
             shade::add_punctual(&mut light, hits, punctual, settings.specular);
         }

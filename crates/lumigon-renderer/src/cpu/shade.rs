@@ -3,9 +3,9 @@
 use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use lumigon::{
-    DiffuseMethod, Lanes, LocalOcclusion, Ltc, PreparedLtc, Real, SpecularMethod,
-    eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine, light_direction,
-    ltc_form_factor, reflected_inclusion,
+    DiffuseMethod, ImageMethod, Lanes, LightImage, LocalOcclusion, Ltc, Mask, PreparedLtc, Real,
+    SpecularMethod, eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine,
+    light_direction, ltc_form_factor, ltc_mean_image, reflected_image, reflected_inclusion,
 };
 use lumigon_wgpu::Light;
 
@@ -21,16 +21,24 @@ type Sums = [Vec<f32>; 3];
 /// Lights whose sum is rounded as one: single precision adds thousands only in parts.
 const LIGHTS_AT_ONCE: usize = 256;
 
+/// How light is computed.
+#[derive(Clone, Copy)]
+pub(super) struct Methods {
+    pub(super) diffuse: DiffuseMethod,
+    pub(super) specular: SpecularMethod,
+    pub(super) images: ImageMethod,
+}
+
+/// The method whose image is weighted by solid angle, as the light vector's shading is.
+const BY_SOLID_ANGLE: DiffuseMethod = DiffuseMethod::LightVector {
+    occlusion: LocalOcclusion::Exact,
+};
+
 /// What each hit scatters of all polygon lights.
-pub(super) fn polygons(
-    hits: &Hits,
-    lights: &[Light],
-    diffuse: DiffuseMethod,
-    specular: SpecularMethod,
-) -> Vec<Scattered> {
+pub(super) fn polygons(hits: &Hits, lights: &[Light], methods: Methods) -> Vec<Scattered> {
     let mut scattered = vec![Scattered::default(); hits.surfaces().len()];
     for lights in lights.chunks(LIGHTS_AT_ONCE) {
-        add_polygons(&mut scattered, hits, lights, diffuse, specular);
+        add_polygons(&mut scattered, hits, lights, methods);
     }
     scattered
 }
@@ -40,8 +48,11 @@ fn add_polygons(
     scattered: &mut [Scattered],
     hits: &Hits,
     lights: &[Light],
-    diffuse: DiffuseMethod,
-    specular: SpecularMethod,
+    Methods {
+        diffuse,
+        specular,
+        images,
+    }: Methods,
 ) {
     for (surfaces, method) in [
         (&hits.irradiance, diffuse),
@@ -49,7 +60,7 @@ fn add_polygons(
     ] {
         if !surfaces.is_empty() {
             let sums = dispatch!(Level::new(), simd => {
-                irradiance(simd, surfaces, lights, method)
+                irradiance(simd, surfaces, lights, method, images)
             });
             for (i, &(hit, weight)) in surfaces.entries().iter().enumerate() {
                 scattered[hit as usize] += weight * at(&sums, i);
@@ -58,7 +69,7 @@ fn add_polygons(
     }
     for fitted in hits.fitted.iter().filter(|batch| !batch.is_empty()) {
         let sums = dispatch!(Level::new(), simd => {
-            form_factors(simd, fitted, lights, isotropic)
+            form_factors(simd, fitted, lights, images, isotropic)
         });
         for (i, &(hit, weight)) in fitted.entries().iter().enumerate() {
             scattered[hit as usize] += weight * at(&sums, i);
@@ -67,7 +78,7 @@ fn add_polygons(
     let fitted = &hits.fitted_anisotropic;
     if !fitted.is_empty() {
         let sums = dispatch!(Level::new(), simd => {
-            form_factors(simd, fitted, lights, anisotropic)
+            form_factors(simd, fitted, lights, images, anisotropic)
         });
         for (i, &(hit, weight)) in fitted.entries().iter().enumerate() {
             scattered[hit as usize] += weight * at(&sums, i);
@@ -77,7 +88,7 @@ fn add_polygons(
         && !hits.rough.is_empty()
     {
         let [single, multiple] = dispatch!(Level::new(), simd => {
-            rough_responses(simd, &hits.rough, lights, occlusion)
+            rough_responses(simd, &hits.rough, lights, occlusion, images)
         });
         for (i, &(hit, weights)) in hits.rough.entries().iter().enumerate() {
             scattered[hit as usize].diffuse +=
@@ -88,7 +99,7 @@ fn add_polygons(
     let direct = isotropic.chain([(&hits.direct_anisotropic, true)]);
     for (direct, anisotropic) in direct.filter(|(batch, _)| !batch.is_empty()) {
         let [whole, schlick] = dispatch!(Level::new(), simd => {
-            responses(simd, direct, lights, specular, anisotropic)
+            responses(simd, direct, lights, specular, images, anisotropic)
         });
         for (i, &(hit, [f0, f90])) in direct.entries().iter().enumerate() {
             let (whole, schlick) = (at(&whole, i), at(&schlick, i));
@@ -106,8 +117,12 @@ fn add_polygons(
             let seen = light_direction(&light.polygon, point, normal, LocalOcclusion::Exact);
             let direction = Vec3::new(seen.direction.x, seen.direction.y, seen.direction.z);
             let response = sheen.evaluate(lobes.normal, lobes.view, direction);
+            let shown = light.image.as_ref().map_or(Vec3::ONE, |image| {
+                let mean = BY_SOLID_ANGLE.mean_image(&light.polygon, image, point, normal, images);
+                Vec3::from(mean)
+            });
             scattered[*hit as usize].specular +=
-                response * Vec3::from(light.radiance) * seen.solid_angle;
+                response * Vec3::from(light.radiance) * shown * seen.solid_angle;
         }
     }
 }
@@ -117,9 +132,31 @@ fn at(sums: &Sums, i: usize) -> Vec3 {
 }
 
 #[inline(always)]
-fn add<S: Simd>(sum: &mut [Lanes<S>; 3], radiance: [f32; 3], response: Lanes<S>) {
+fn add<S: Simd>(sum: &mut [Lanes<S>; 3], radiance: [Lanes<S>; 3], response: Lanes<S>) {
     for (sum, radiance) in sum.iter_mut().zip(radiance) {
-        *sum = response.mul_add(response.broadcast(radiance), *sum);
+        *sum = response.mul_add(radiance, *sum);
+    }
+}
+
+/// A light's mean radiance, where any lane has a response.
+#[inline(always)]
+fn radiance<S: Simd>(
+    light: &Light,
+    response: Lanes<S>,
+    mean_image: impl FnOnce(&LightImage<f32>) -> [Lanes<S>; 3],
+) -> [Lanes<S>; 3] {
+    let [r, g, b] = light.radiance;
+    let whole = [
+        response.broadcast(r),
+        response.broadcast(g),
+        response.broadcast(b),
+    ];
+    match &light.image {
+        Some(image) if response.gt(response.constant(0.0)).any() => {
+            let [red, green, blue] = mean_image(image);
+            [whole[0] * red, whole[1] * green, whole[2] * blue]
+        }
+        _ => whole,
     }
 }
 
@@ -136,6 +173,7 @@ fn irradiance<S: Simd>(
     surfaces: &Batch<6, Scattered>,
     lights: &[Light],
     method: DiffuseMethod,
+    images: ImageMethod,
 ) -> Sums {
     let mut sums = surfaces.dark();
     surfaces.for_each_packet::<S>(
@@ -146,7 +184,13 @@ fn irradiance<S: Simd>(
             let mut sum = [Lanes::splat(simd, 0.0); 3];
             for light in lights {
                 let irradiance = method.irradiance(&light.polygon, point, normal);
-                add(&mut sum, light.radiance, irradiance);
+                let radiance = radiance(
+                    light,
+                    irradiance,
+                    #[inline(always)]
+                    |image| method.mean_image(&light.polygon, image, point, normal, images),
+                );
+                add(&mut sum, radiance, irradiance);
             }
             store(sum, &mut sums, start);
         },
@@ -195,6 +239,7 @@ fn form_factors<S: Simd, const N: usize>(
     simd: S,
     lobes: &Batch<N, Scattered>,
     lights: &[Light],
+    images: ImageMethod,
     prepare: impl Fn(S, &Batch<N, Scattered>, usize) -> PreparedLtc<Lanes<S>>,
 ) -> Sums {
     let mut sums = lobes.dark();
@@ -206,7 +251,13 @@ fn form_factors<S: Simd, const N: usize>(
             let mut sum = [Lanes::splat(simd, 0.0); 3];
             for light in lights {
                 let form_factor = ltc_form_factor(&light.polygon, point, &prepared);
-                add(&mut sum, light.radiance, form_factor);
+                let radiance = radiance(
+                    light,
+                    form_factor,
+                    #[inline(always)]
+                    |image| ltc_mean_image(&light.polygon, image, point, &prepared, images),
+                );
+                add(&mut sum, radiance, form_factor);
             }
             store(sum, &mut sums, start);
         },
@@ -222,6 +273,7 @@ fn rough_responses<S: Simd>(
     surfaces: &Batch<10, [Vec3; 2]>,
     lights: &[Light],
     occlusion: LocalOcclusion,
+    images: ImageMethod,
 ) -> [Sums; 2] {
     let (mut all_single, mut all_multiple) = (surfaces.dark(), surfaces.dark());
     surfaces.for_each_packet::<S>(
@@ -237,8 +289,17 @@ fn rough_responses<S: Simd>(
                 let seen = light_direction(&light.polygon, point, normal, occlusion);
                 let once = eon_single_cosine(roughness, normal, view, seen.direction);
                 let more = eon_multiple_cosine(roughness, normal, view, seen.direction);
-                add(&mut single, light.radiance, once * seen.solid_angle);
-                add(&mut multiple, light.radiance, more * seen.solid_angle);
+                let radiance = radiance(
+                    light,
+                    seen.solid_angle,
+                    #[inline(always)]
+                    |image| {
+                        let by_solid_angle = DiffuseMethod::LightVector { occlusion };
+                        by_solid_angle.mean_image(&light.polygon, image, point, normal, images)
+                    },
+                );
+                add(&mut single, radiance, once * seen.solid_angle);
+                add(&mut multiple, radiance, more * seen.solid_angle);
             }
             store(single, &mut all_single, start);
             store(multiple, &mut all_multiple, start);
@@ -255,6 +316,7 @@ fn responses<S: Simd>(
     lobes: &Batch<DIRECT, [Vec3; 2]>,
     lights: &[Light],
     method: SpecularMethod,
+    images: ImageMethod,
     anisotropic: bool,
 ) -> [Sums; 2] {
     let (mut all_whole, mut all_schlick) = (lobes.dark(), lobes.dark());
@@ -272,8 +334,17 @@ fn responses<S: Simd>(
                     let weight = schlick_weight(normal.dot(view));
                     for light in lights {
                         let inside = reflected_inclusion(&light.polygon, point, normal, view, rule);
-                        add(&mut whole, light.radiance, inside);
-                        add(&mut schlick, light.radiance, inside * weight);
+                        let radiance = radiance(
+                            light,
+                            inside,
+                            #[inline(always)]
+                            |image| {
+                                let mirror = inside.constant(0.0);
+                                reflected_image(&light.polygon, image, point, normal, view, mirror)
+                            },
+                        );
+                        add(&mut whole, radiance, inside);
+                        add(&mut schlick, radiance, inside * weight);
                     }
                 }
                 SpecularMethod::LightVector => {
@@ -291,8 +362,17 @@ fn responses<S: Simd>(
                         } * seen.solid_angle;
                         let half = (view + seen.direction).normalize_or_zero();
                         let weight = schlick_weight(half.dot(view));
-                        add(&mut whole, light.radiance, response);
-                        add(&mut schlick, light.radiance, response * weight);
+                        let radiance = radiance(
+                            light,
+                            response,
+                            #[inline(always)]
+                            |image| {
+                                let polygon = &light.polygon;
+                                BY_SOLID_ANGLE.mean_image(polygon, image, point, normal, images)
+                            },
+                        );
+                        add(&mut whole, radiance, response);
+                        add(&mut schlick, radiance, response * weight);
                     }
                 }
             }

@@ -31,6 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let lights = [Light {
         polygon: PolygonLight::new(&[star], Sides::Front)?.cast()?,
         radiance: [4.0, 3.0, 2.0],
+        image: None,
     }];
 
     // What shaders read, and where they find it: bind group 1, behind the renderer's own.

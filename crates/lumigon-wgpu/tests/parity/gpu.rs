@@ -188,6 +188,7 @@ pub(crate) fn evaluate(
         .map(|polygon| Light {
             polygon: polygon.clone(),
             radiance: [1.0; 3],
+            image: None,
         })
         .collect();
     let buffers = LightBuffers::new(&gpu.device, &gpu.queue, &lights).unwrap();

@@ -122,6 +122,7 @@ impl ExactLight {
         Light {
             polygon: self.cast(),
             radiance: self.radiance,
+            image: None,
         }
     }
 
