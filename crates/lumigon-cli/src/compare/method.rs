@@ -1,7 +1,8 @@
 //! What is compared: every method with its words and its source.
 
 use lumigon::{
-    DiffuseMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
+    DiffuseMethod, DistanceFieldSettings, DistanceFieldSmoothness, InclusionRule, LocalOcclusion,
+    LtcLobes, ProjectionBasis, SpecularMethod,
 };
 use lumigon_renderer::{Pixels, Rendering, Scene};
 use serde::Serialize;
@@ -270,6 +271,17 @@ fn specular_methods() -> Vec<Method> {
             SpecularMethod::ReflectedInclusion(InclusionRule::WindingNumber),
             "The same mirror with the other rule for what is inside; for outlines that do not \
              cross themselves both agree.",
+            PETRYAEV,
+        ),
+        (
+            "reflected-distance",
+            "Reflected ray, distance field",
+            SpecularMethod::ReflectedDistanceField {
+                field: DistanceFieldSettings::default(),
+                smoothness: DistanceFieldSmoothness::default(),
+            },
+            "The mirrored view ray meets the polygon's plane some way from the polygon: the nearer, \
+             the brighter. The distance is baked once, and smoothed as the reflection's lobe widens.",
             PETRYAEV,
         ),
     ];
