@@ -18,7 +18,7 @@ use lumigon::{ImageMethod, LightImage, PlacedDistanceField, SpecularMethod, Vec3
 use lumigon_wgpu::Light;
 use rayon::prelude::*;
 
-use crate::prepared_lights::prepared_lights;
+use crate::prepared_lights::PreparedLights;
 use crate::render::{
     MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
     Rendering, Watch,
@@ -46,7 +46,9 @@ pub struct CpuRenderer<'a> {
     scene: &'a Scene,
     geometry: Geometry,
     lights: Vec<Light>,
-    /// The same, where images have the levels of the one lookup.
+    /// Their indices in the scene.
+    sources: Vec<usize>,
+    /// The same lights, where images have the levels of the one lookup.
     lookup_lights: OnceLock<Vec<Light>>,
     warnings: Vec<String>,
     fitted: FittedLobes,
@@ -57,16 +59,43 @@ impl<'a> CpuRenderer<'a> {
     /// Builds the hierarchy and prepares the lights.
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
-        let (lights, warnings) = prepared_lights(&scene.polygon_lights, Some(&scene.textures));
+        let PreparedLights {
+            lights,
+            sources,
+            warnings,
+        } = PreparedLights::new(&scene.polygon_lights, &scene.textures);
         Self {
             scene,
             geometry: Geometry::new(scene),
             lights,
+            sources,
             lookup_lights: OnceLock::new(),
             warnings,
             fitted: FittedLobes::new(),
             fields: FieldCache::default(),
         }
+    }
+
+    /// Shows another picture on the light `light` of [`Scene::polygon_lights`], in place: linear RGB of
+    /// its [`EmissiveImage::size`](crate::EmissiveImage::size) cells, row by row, as
+    /// [`EmissiveImage::cells`](crate::EmissiveImage::cells) makes them. For video: what the light does is
+    /// replaced, not what is seen of its own faces, which
+    /// [`Scene::replace_light_image`](Scene::replace_light_image) replaces too.
+    ///
+    /// # Errors
+    /// Where there is no such light or it shows no picture, and where the colours are not one a cell,
+    /// finite and not negative; the light then shows what it did.
+    pub fn replace_light_image(
+        &mut self,
+        light: usize,
+        colors: &[[f32; 3]],
+    ) -> Result<(), RenderError> {
+        let place = self.sources.iter().position(|&source| source == light);
+        let image = place.and_then(|place| self.lights[place].image.as_mut());
+        let image = image.ok_or(RenderError::NoPicture { light })?;
+        image.replace(colors)?;
+        self.lookup_lights = OnceLock::new();
+        Ok(())
     }
 
     /// Lights whose outlines cannot be evaluated, and why: they light nothing.

@@ -175,7 +175,7 @@ pub(super) fn take_pyramids(
                      {} for the pictures of lights are left",
                     limits.light_image_bytes
                 ),
-                "show smaller images on lights, or raise the limit",
+                "show smaller images on lights, or raise the limit (--image-budget)",
             )
         })?;
     }
