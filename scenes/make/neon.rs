@@ -17,7 +17,7 @@ const STAND_OFF: f64 = 0.14;
 /// Height of the letters.
 const LETTER: f64 = 0.8;
 /// The sign's middle.
-const MIDDLE: [f64; 2] = [0.0, 1.95];
+const MIDDLE: [f64; 2] = [0.0, 1.5];
 
 fn object(glb: &mut Glb, name: &str, mesh: &Mesh, material: usize) {
     let geometry = glb.geometry(mesh);
@@ -38,7 +38,7 @@ fn street(glb: &mut Glb) {
         columns: 8,
         rows: 16,
     };
-    let colours = glb.texture("bricks, reflectance", &bricks.colours([0.34, 0.15, 0.1]));
+    let colours = glb.texture("bricks, reflectance", &bricks.colours([0.5, 0.26, 0.19]));
     let normals = glb.texture("bricks, normals", &bricks.normals());
     let scale = [7.0 / 2.2, 3.6 / 2.2];
     let base_colour_texture = glb.tiled(colours, scale);
@@ -58,12 +58,12 @@ fn street(glb: &mut Glb) {
     object(glb, "wall", &quad, wall);
 
     let slabs = Slabs { count: 4 };
-    let polish = glb.texture("ground, wetness", &slabs.polish(0.08, 0.5));
+    let polish = glb.texture("ground, wetness", &slabs.polish(0.04, 0.3));
     let polish_texture = glb.tiled(polish, [7.0 / 3.0, 2.0]);
     let ground = glb.material(
         "wet ground",
         json!({ "pbrMetallicRoughness": {
-            "baseColorFactor": [0.045, 0.045, 0.05, 1.0],
+            "baseColorFactor": [0.1, 0.1, 0.11, 1.0],
             "metallicRoughnessTexture": polish_texture,
         }}),
     );
@@ -93,7 +93,7 @@ fn sign(glb: &mut Glb) {
         let glow = 0.55 + 0.45 * libm::sin(std::f64::consts::PI * (0.12 + 0.76 * v));
         ramp(&colours, u).map(|c| c * glow)
     });
-    let material = glb.picture_emitter("letters", &png, 11.0, true);
+    let material = glb.picture_emitter("letters", &png, 8.0, true);
     let place = |node: Node, x: f64, y: f64, size: f64| {
         node.translation([MIDDLE[0] + x, MIDDLE[1] + y, STAND_OFF])
             .scale([size, size, 1.0])
@@ -113,7 +113,7 @@ fn sign(glb: &mut Glb) {
     let (frame_width, frame_height) = (width * LETTER + 0.62, LETTER + 0.6);
     let colours = [[0.02, 0.9, 1.0], [0.03, 0.25, 1.0], [0.02, 1.0, 0.55]];
     let png = picture(64, 32, |u, v| ramp(&colours, 0.75 * u + 0.25 * v));
-    let material = glb.picture_emitter("frame", &png, 6.0, true);
+    let material = glb.picture_emitter("frame", &png, 4.5, true);
     let outline = Outline::round_frame(frame_width, frame_height, 0.34, 0.055);
     let half = [frame_width / 2.0, frame_height / 2.0];
     let mesh = Mesh::polygon_with_picture(&outline, half.map(|x| -x), half);
@@ -126,13 +126,13 @@ pub(crate) fn neon() -> Vec<u8> {
     let mut glb = Glb::new();
     street(&mut glb);
     sign(&mut glb);
-    let camera = glb.camera(1.6, 42_f64.to_radians());
-    let eye = DVec3::new(-1.35, 1.5, 3.9);
+    let camera = glb.camera(1.6, 44_f64.to_radians());
+    let eye = DVec3::new(-1.5, 0.85, 4.4);
     glb.root(
         Node::new("hero")
             .camera(camera)
             .translation(eye.to_array())
-            .rotation(looking(eye, DVec3::new(0.05, 1.4, 0.0))),
+            .rotation(looking(eye, DVec3::new(0.1, 0.68, 0.0))),
     );
     glb.finish()
 }

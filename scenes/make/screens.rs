@@ -189,7 +189,7 @@ fn object(glb: &mut Glb, name: &str, mesh: &Mesh, material: usize) {
 pub(crate) fn screens() -> Vec<u8> {
     let mut glb = Glb::new();
     let slabs = Slabs { count: 4 };
-    let colours = glb.texture("slabs, reflectance", &slabs.colours([0.06, 0.062, 0.07]));
+    let colours = glb.texture("slabs, reflectance", &slabs.colours([0.16, 0.16, 0.17]));
     let polish = glb.texture("slabs, polish", &slabs.polish(0.06, 0.2));
     let base_colour_texture = glb.tiled(colours, [3.0, 3.0]);
     let polish_texture = glb.tiled(polish, [3.0, 3.0]);
@@ -202,12 +202,12 @@ pub(crate) fn screens() -> Vec<u8> {
     );
     let quad = Mesh::quad([-6.0, 0.0, 6.0], [12.0, 0.0, 0.0], [0.0, 0.0, -12.0]);
     object(&mut glb, "floor", &quad, floor);
-    let paint = glb.surface("paint", [0.16, 0.16, 0.18], 0.0, 0.6);
+    let paint = glb.surface("paint", [0.55, 0.55, 0.57], 0.0, 0.45);
     let wall = WALL - 0.06;
     for (name, corner, u) in [
-        ("back wall", [-4.2, 0.0, wall], [8.4, 0.0, 0.0]),
-        ("left wall", [-4.2, 0.0, 6.0], [0.0, 0.0, wall - 6.0]),
-        ("right wall", [4.2, 0.0, wall], [0.0, 0.0, 6.0 - wall]),
+        ("back wall", [-3.1, 0.0, wall], [6.2, 0.0, 0.0]),
+        ("left wall", [-3.1, 0.0, 6.0], [0.0, 0.0, wall - 6.0]),
+        ("right wall", [3.1, 0.0, wall], [0.0, 0.0, 6.0 - wall]),
     ] {
         object(
             &mut glb,
@@ -221,7 +221,7 @@ pub(crate) fn screens() -> Vec<u8> {
     let left = -2.0 * WIDTH - 1.5 * GAP;
     for (k, (name, colour)) in (0_u32..).zip(PICTURES) {
         let png = picture(192, 108, colour);
-        let material = glb.picture_emitter(name, &png, 3.0, false);
+        let material = glb.picture_emitter(name, &png, 4.0, false);
         let mesh = glb.mesh(name, &geometry, material);
         let (column, row) = (f64::from(k % 4), f64::from(k / 4));
         let x = left + column * (WIDTH + GAP);
@@ -231,10 +231,9 @@ pub(crate) fn screens() -> Vec<u8> {
 
     let geometry = glb.geometry(&Mesh::sphere(96, 48));
     for (name, colour, metallic, perceptual_roughness, place) in [
-        ("steel", [0.75, 0.74, 0.72], 1.0, 0.12, [-1.75, 0.42, -0.6]),
-        ("bronze", [0.9, 0.62, 0.35], 1.0, 0.38, [-0.6, 0.42, -1.1]),
-        ("chalk", [0.8, 0.8, 0.78], 0.0, 0.9, [0.62, 0.42, -1.0]),
-        ("lacquer", [0.08, 0.02, 0.02], 0.0, 0.22, [1.75, 0.42, -0.5]),
+        ("steel", [0.75, 0.74, 0.72], 1.0, 0.08, [-2.3, 0.42, -1.75]),
+        ("bronze", [0.9, 0.62, 0.35], 1.0, 0.3, [-2.45, 0.42, -0.6]),
+        ("chalk", [0.8, 0.8, 0.78], 0.0, 0.9, [-2.5, 0.42, 0.55]),
     ] {
         let material = glb.surface(name, colour, metallic, perceptual_roughness);
         let mesh = glb.mesh(name, &geometry, material);
@@ -246,13 +245,13 @@ pub(crate) fn screens() -> Vec<u8> {
         );
     }
 
-    let camera = glb.camera(1.6, 40_f64.to_radians());
-    let eye = DVec3::new(0.9, 1.35, 4.3);
+    let camera = glb.camera(1.6, 52_f64.to_radians());
+    let eye = DVec3::new(2.5, 1.45, 2.6);
     glb.root(
         Node::new("hero")
             .camera(camera)
             .translation(eye.to_array())
-            .rotation(looking(eye, DVec3::new(0.0, 1.15, -2.0))),
+            .rotation(looking(eye, DVec3::new(-1.05, 1.0, -1.9))),
     );
     glb.finish()
 }

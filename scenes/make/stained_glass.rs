@@ -1,21 +1,21 @@
 //! `stained-glass.glb`: three lancet windows light a chapel.
 //!
 //! Each window is one polygon that shows a picture: panes in lead, colours as saturated as glass has
-//! them. They fall on worn slabs, on rough blocks beside them and on two benches. Metres, y up; the
-//! windows' wall is at z = -4.
+//! them. They fall on worn slabs, on the rough wall across and on two stone balls. Metres, y up; two
+//! windows are in the left wall, one in the wall at z = -4.
 
 use super::glb::{Glb, Node};
 use super::mesh::Mesh;
 use super::outline::Outline;
-use super::rotation::looking;
+use super::rotation::{facing, looking};
 use super::texture::{Bricks, Slabs, cell_value, cloud, picture, smoothstep};
 use glam::{DVec2, DVec3};
 use serde_json::json;
 
-const HALF_WIDTH: f64 = 3.6;
-const HEIGHT: f64 = 5.6;
+const HALF_WIDTH: f64 = 2.1;
+const HEIGHT: f64 = 4.6;
 const BACK: f64 = -4.0;
-const FRONT: f64 = 6.0;
+const FRONT: f64 = 5.0;
 
 const RUBY: [f64; 3] = [0.80, 0.012, 0.02];
 const COBALT: [f64; 3] = [0.012, 0.07, 0.85];
@@ -32,6 +32,8 @@ struct Window {
     springing: f64,
     /// Radius of the rosettes along its middle.
     rosette: f64,
+    /// The panes between them, chosen at random.
+    panes: [[f64; 3]; 4],
     seed: u64,
 }
 
@@ -90,8 +92,7 @@ impl Window {
         let side = 0.19;
         let [a, b] = [p.x + 0.62 * p.y, p.x - 0.62 * p.y].map(|x| cell(x, side));
         let value = cell_value(self.seed, (a.0 + 500) as u32, (b.0 + 500) as u32);
-        let colours = [COBALT, AZURE, COBALT, EMERALD, VIOLET, COBALT, AZURE, CREAM];
-        let pane = colours[((value * 8.0) as usize).min(7)];
+        let pane = self.panes[((value * 4.0) as usize).min(3)];
         let lead = (0.85 * a.1.min(b.1)).min(if fits { radius - r } else { f64::INFINITY });
         (pane, lead)
     }
@@ -132,22 +133,19 @@ fn cell(x: f64, length: f64) -> (i64, f64) {
     (cell as i64, within.min(length - within))
 }
 
-fn window(glb: &mut Glb, name: &str, window: &Window, x: f64, foot: f64) {
+/// A window whose foot's middle is at `foot`, seen from the side that `towards` points to.
+fn window(glb: &mut Glb, name: &str, window: &Window, foot: [f64; 3], towards: DVec3) {
     let (width, height) = (window.width, window.height());
-    let rows = 512;
-    let png = picture(256, rows, |u, v| {
+    let png = picture(256, 512, |u, v| {
         window.colour(DVec2::new((u - 0.5) * width, (1.0 - v) * height))
     });
-    let material = glb.picture_emitter(name, &png, 9.0, false);
+    let material = glb.picture_emitter(name, &png, 6.0, false);
     let outline = Outline::lancet(width, window.springing);
     let mesh = Mesh::polygon_with_picture(&outline, [-width / 2.0, 0.0], [width / 2.0, height]);
     let geometry = glb.geometry(&mesh);
     let mesh = glb.mesh(name, &geometry, material);
-    glb.root(
-        Node::new(name)
-            .mesh(mesh)
-            .translation([x, foot, BACK + 0.02]),
-    );
+    let node = Node::new(name).mesh(mesh).translation(foot);
+    glb.root(node.rotation(facing(towards)));
 }
 
 fn object(glb: &mut Glb, name: &str, mesh: &Mesh, material: usize) {
@@ -159,8 +157,8 @@ fn object(glb: &mut Glb, name: &str, mesh: &Mesh, material: usize) {
 fn chapel(glb: &mut Glb) {
     let (width, length) = (2.0 * HALF_WIDTH, FRONT - BACK);
     let slabs = Slabs { count: 4 };
-    let colours = glb.texture("slabs, reflectance", &slabs.colours([0.34, 0.32, 0.29]));
-    let polish = glb.texture("slabs, polish", &slabs.polish(0.16, 0.42));
+    let colours = glb.texture("slabs, reflectance", &slabs.colours([0.42, 0.4, 0.37]));
+    let polish = glb.texture("slabs, polish", &slabs.polish(0.1, 0.34));
     let scale = [width / 3.6, length / 3.6];
     let base_colour_texture = glb.tiled(colours, scale);
     let polish_texture = glb.tiled(polish, scale);
@@ -182,7 +180,7 @@ fn chapel(glb: &mut Glb) {
         columns: 4,
         rows: 8,
     };
-    let colours = glb.texture("blocks, reflectance", &blocks.colours([0.5, 0.47, 0.42]));
+    let colours = glb.texture("blocks, reflectance", &blocks.colours([0.75, 0.72, 0.66]));
     let mut wall = |name: &str, corner: [f64; 3], u: [f64; 3]| {
         let span = DVec3::from(u).length();
         let texture = glb.tiled(colours, [span / 2.8, HEIGHT / 2.8]);
@@ -205,51 +203,56 @@ fn chapel(glb: &mut Glb) {
     wall("left wall", [-HALF_WIDTH, 0.0, FRONT], [0.0, 0.0, -length]);
     wall("right wall", [HALF_WIDTH, 0.0, BACK], [0.0, 0.0, length]);
 
-    let oak = glb.surface("oak", [0.16, 0.085, 0.04], 0.0, 0.38);
-    for (name, x) in [("left bench", -2.35), ("right bench", 0.55)] {
-        for (part, corner, size) in [
-            ("seat", [x, 0.42, -0.62], [1.8, 0.06, 0.44]),
-            ("back", [x, 0.48, -0.18], [1.8, 0.46, 0.05]),
-            ("left foot", [x + 0.1, 0.0, -0.58], [0.08, 0.42, 0.4]),
-            ("right foot", [x + 1.62, 0.0, -0.58], [0.08, 0.42, 0.4]),
-        ] {
-            let [w, h, d] = size;
-            let edges = [[w, 0.0, 0.0], [0.0, h, 0.0], [0.0, 0.0, d]];
-            object(
-                glb,
-                &format!("{name}, {part}"),
-                &Mesh::cuboid(corner, edges),
-                oak,
-            );
-        }
+    let plinth = glb.surface("plinth", [0.4, 0.38, 0.35], 0.0, 0.6);
+    let marble = glb.surface("marble", [0.78, 0.76, 0.72], 0.0, 0.3);
+    let ball = glb.geometry(&Mesh::sphere(96, 48));
+    for (name, x, z) in [("near", 1.2, -0.2), ("far", 0.95, -2.6)] {
+        let half = 0.28;
+        let edges = [
+            [2.0 * half, 0.0, 0.0],
+            [0.0, 0.7, 0.0],
+            [0.0, 0.0, 2.0 * half],
+        ];
+        let block = Mesh::cuboid([x - half, 0.0, z - half], edges);
+        object(glb, &format!("{name} plinth"), &block, plinth);
+        let name = format!("{name} ball");
+        let mesh = glb.mesh(&name, &ball, marble);
+        let node = Node::new(&name).mesh(mesh);
+        glb.root(node.translation([x, 0.98, z]).scale([half; 3]));
     }
 }
 
 pub(crate) fn stained_glass() -> Vec<u8> {
     let mut glb = Glb::new();
     chapel(&mut glb);
-    let tall = Window {
-        width: 1.5,
-        springing: 2.75,
+    let tall = |seed, panes| Window {
+        width: 1.6,
+        springing: 2.4,
         rosette: 0.46,
-        seed: 1,
-    };
-    let low = |seed| Window {
-        width: 1.1,
-        springing: 2.1,
-        rosette: 0.33,
+        panes,
         seed,
     };
-    window(&mut glb, "middle window", &tall, 0.0, 0.75);
-    window(&mut glb, "left window", &low(2), -1.95, 0.95);
-    window(&mut glb, "right window", &low(3), 1.95, 0.95);
-    let camera = glb.camera(1.6, 46_f64.to_radians());
-    let eye = DVec3::new(1.7, 1.65, 4.9);
+    let left = -HALF_WIDTH + 0.02;
+    let (blue, green) = (
+        [COBALT, AZURE, COBALT, VIOLET],
+        [EMERALD, AZURE, EMERALD, CREAM],
+    );
+    let warm = [AMBER, RUBY, AMBER, CREAM];
+    for (name, panes, foot, towards) in [
+        ("end window", blue, [-0.2, 0.35, BACK + 0.02], DVec3::Z),
+        ("far window", green, [left, 0.35, -2.2], DVec3::X),
+        ("near window", warm, [left, 0.35, 0.3], DVec3::X),
+    ] {
+        let seed = name.len() as u64;
+        window(&mut glb, name, &tall(seed, panes), foot, towards);
+    }
+    let camera = glb.camera(1.6, 50_f64.to_radians());
+    let eye = DVec3::new(0.75, 1.5, 4.3);
     glb.root(
         Node::new("hero")
             .camera(camera)
             .translation(eye.to_array())
-            .rotation(looking(eye, DVec3::new(-0.5, 1.75, -3.0))),
+            .rotation(looking(eye, DVec3::new(-0.1, 1.35, -2.0))),
     );
     glb.finish()
 }
