@@ -193,6 +193,15 @@ pub enum RenderError {
     /// The lights' distance fields are over their budget.
     #[error(transparent)]
     DistanceField(#[from] lumigon::DistanceFieldError),
+    /// A light has no picture to replace.
+    #[error("light {light} shows no picture: only lights with a texture can show another one")]
+    NoPicture {
+        /// Its index.
+        light: usize,
+    },
+    /// A picture cannot be shown.
+    #[error(transparent)]
+    Picture(#[from] lumigon::LightImageError),
     /// [`Watch::cancelled`] was set.
     #[error("interrupted")]
     Cancelled,

@@ -18,7 +18,7 @@ use lumigon::{ImageMethod, LightImage, PlacedDistanceField, SpecularMethod, Vec3
 use lumigon_wgpu::Light;
 use rayon::prelude::*;
 
-use crate::prepared_lights::prepared_lights;
+use crate::prepared_lights::PreparedLights;
 use crate::render::{
     MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
     Rendering, Watch,
@@ -46,7 +46,9 @@ pub struct CpuRenderer<'a> {
     scene: &'a Scene,
     geometry: Geometry,
     lights: Vec<Light>,
-    /// The same, where images have the levels of the one lookup.
+    /// Their indices in the scene.
+    sources: Vec<usize>,
+    /// The same lights, where images have the levels of the one lookup.
     lookup_lights: OnceLock<Vec<Light>>,
     warnings: Vec<String>,
     fitted: FittedLobes,
@@ -57,16 +59,43 @@ impl<'a> CpuRenderer<'a> {
     /// Builds the hierarchy and prepares the lights.
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
-        let (lights, warnings) = prepared_lights(&scene.polygon_lights);
+        let PreparedLights {
+            lights,
+            sources,
+            warnings,
+        } = PreparedLights::new(&scene.polygon_lights, &scene.textures);
         Self {
             scene,
             geometry: Geometry::new(scene),
             lights,
+            sources,
             lookup_lights: OnceLock::new(),
             warnings,
             fitted: FittedLobes::new(),
             fields: FieldCache::default(),
         }
+    }
+
+    /// Shows another picture on the light `light` of [`Scene::polygon_lights`], in place: linear RGB of
+    /// its [`EmissiveImage::size`](crate::EmissiveImage::size) cells, row by row, as
+    /// [`EmissiveImage::cells`](crate::EmissiveImage::cells) makes them. For video: what the light does is
+    /// replaced, not what is seen of its own faces, which
+    /// [`Scene::replace_light_image`](Scene::replace_light_image) replaces too.
+    ///
+    /// # Errors
+    /// Where there is no such light or it shows no picture, and where the colours are not one a cell,
+    /// finite and not negative; the light then shows what it did.
+    pub fn replace_light_image(
+        &mut self,
+        light: usize,
+        colors: &[[f32; 3]],
+    ) -> Result<(), RenderError> {
+        let place = self.sources.iter().position(|&source| source == light);
+        let image = place.and_then(|place| self.lights[place].image.as_mut());
+        let image = image.ok_or(RenderError::NoPicture { light })?;
+        image.replace(colors)?;
+        self.lookup_lights = OnceLock::new();
+        Ok(())
     }
 
     /// Lights whose outlines cannot be evaluated, and why: they light nothing.
@@ -96,6 +125,12 @@ impl<'a> CpuRenderer<'a> {
             _ => None,
         };
         let fields: Vec<_> = fields.iter().flat_map(|fields| fields.iter()).collect();
+        let frame = Frame {
+            camera,
+            settings,
+            samples: &samples,
+            fields: &fields,
+        };
         let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
         let total = u64::from(columns) * u64::from(rows);
         let done = AtomicU64::new(0);
@@ -107,7 +142,7 @@ impl<'a> CpuRenderer<'a> {
                 }
                 let (column, row) = (i % u64::from(columns), i / u64::from(columns));
                 let (x, y) = (column as u32 * TILE, row as u32 * TILE);
-                let tile = self.tile(camera, settings, &samples, &fields, [x, y], hits, watch)?;
+                let tile = self.tile(frame, [x, y], hits, watch)?;
                 (watch.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
                 Some(tile)
             })
@@ -146,14 +181,17 @@ impl<'a> CpuRenderer<'a> {
     /// work was cancelled. `hits` lends its memory.
     fn tile(
         &self,
-        camera: &Camera,
-        settings: &RenderSettings,
-        samples: &[[f64; 2]],
-        fields: &[PlacedDistanceField<'_, f32>],
+        frame: Frame<'_>,
         [x, y]: [u32; 2],
         hits: &mut Hits,
         watch: Watch<'_>,
     ) -> Option<Tile> {
+        let Frame {
+            camera,
+            settings,
+            samples,
+            ..
+        } = frame;
         let mut tile = Tile::new(
             [x, y],
             TILE.min(settings.width - x),
@@ -184,7 +222,7 @@ impl<'a> CpuRenderer<'a> {
                     }
                 }
             }
-            self.shade(hits, settings, fields, share, &mut tile);
+            self.shade(hits, frame, share, &mut tile);
         }
         Some(tile)
     }
@@ -204,14 +242,10 @@ impl<'a> CpuRenderer<'a> {
     }
 
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
-    fn shade(
-        &self,
-        hits: &Hits,
-        settings: &RenderSettings,
-        fields: &[PlacedDistanceField<'_, f32>],
-        share: f32,
-        tile: &mut Tile,
-    ) {
+    fn shade(&self, hits: &Hits, frame: Frame<'_>, share: f32, tile: &mut Tile) {
+        let Frame {
+            settings, fields, ..
+        } = frame;
         let methods = shade::Methods {
             diffuse: settings.diffuse,
             specular: settings.specular,
@@ -234,6 +268,17 @@ impl<'a> CpuRenderer<'a> {
             }
         }
     }
+}
+
+/// What all tiles of a picture have in common.
+#[derive(Clone, Copy)]
+struct Frame<'a> {
+    camera: &'a Camera,
+    settings: &'a RenderSettings,
+    /// Where in a pixel its rays go.
+    samples: &'a [[f64; 2]],
+    /// The lights' distance fields, for the method that reads them.
+    fields: &'a [PlacedDistanceField<'a, f32>],
 }
 
 /// A finished part of the picture.

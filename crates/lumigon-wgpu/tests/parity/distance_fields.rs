@@ -75,11 +75,11 @@ fn read(subject: &Subject, place: &Place, sight: &Sight) -> Option<f64> {
         return None;
     }
     let length = sight.plane_height.abs() / approach;
-    let moved = 1e-6 * (1.0 + sight.distance + length) / approach;
+    let moved = 2e-7 * (1.0 + sight.distance + length) / approach;
     let spread = f64::from(place.alpha) * length;
     let slope = distance_field_smoothness(spread, 2.0).min(1e3);
     // Where k_s is in the thousands any rounding is an edge's width.
-    (f64::from(place.alpha) > 1e-3).then_some(2.0 * slope * moved + 4e-6)
+    (f64::from(place.alpha) > 1e-3).then_some(slope * moved + 1e-6)
 }
 
 #[test]

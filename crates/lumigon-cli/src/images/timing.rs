@@ -1,0 +1,42 @@
+//! What a mean image costs.
+
+use std::hint::black_box;
+
+use super::light::StudyLight;
+use super::measure::{METHODS, Numbers, Task, mean_image};
+use super::place::Surface;
+use crate::Failure;
+use crate::bench::median_seconds;
+use crate::interrupt::Interrupt;
+
+/// Places a repetition goes through, so that no neighbour helps another.
+const PLACES: usize = 512;
+
+/// Nanoseconds of one mean image by each method, for diffuse and for specular surfaces: scalars in
+/// single precision, on one thread.
+pub(super) fn nanoseconds(
+    lights: &[StudyLight],
+    tasks: &[Task],
+    interrupt: &Interrupt,
+) -> Result<[Numbers; 2], Failure> {
+    let mut found = [[0.0; METHODS.len()]; 2];
+    for (surface, found) in Surface::ALL.iter().zip(&mut found) {
+        let places: Vec<&Task> = tasks.iter().filter(|t| t.surface == *surface).collect();
+        // From all over the classes.
+        let step = places.len().div_ceil(PLACES).max(1);
+        let places: Vec<&Task> = places.into_iter().step_by(step).collect();
+        for (nanoseconds, (_, method)) in found.iter_mut().zip(METHODS) {
+            interrupt.check()?;
+            let seconds = median_seconds(|| {
+                for task in &places {
+                    let light = &lights[task.light];
+                    if let Some(shown) = light.images.first() {
+                        black_box(mean_image(light, shown, &task.place, method));
+                    }
+                }
+            });
+            *nanoseconds = 1e9 * seconds / places.len().max(1) as f64;
+        }
+    }
+    Ok(found)
+}
