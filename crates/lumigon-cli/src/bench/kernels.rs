@@ -218,7 +218,7 @@ impl Workload {
 }
 
 /// Median time of one call, over repetitions of at least 2 ms each.
-pub(crate) fn median_seconds(work: impl Fn()) -> f64 {
+pub(super) fn median_seconds(work: impl Fn()) -> f64 {
     work();
     let start = Instant::now();
     work();

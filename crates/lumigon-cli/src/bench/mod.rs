@@ -17,7 +17,6 @@ use serde::Serialize;
 use crate::Failure;
 use crate::gpu::BackendChoice;
 use crate::interrupt::Interrupt;
-pub(crate) use kernels::median_seconds;
 use kernels::{Placement, Workload, kernels};
 use machine::Machine;
 

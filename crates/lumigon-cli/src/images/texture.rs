@@ -9,7 +9,7 @@ use serde::Serialize;
 pub(super) enum Kind {
     /// Each channel rises in a direction of its own.
     Gradient,
-    /// Two colours in rectangles, 2 to 14 a side.
+    /// Two colours far apart, in rectangles, 2 to 14 a side.
     Checkerboard,
     /// Noise whose amplitude falls with frequency as that of photographs does.
     Noise,
@@ -79,7 +79,15 @@ fn gradient(size: usize, rng: &mut impl Rng) -> Vec<[f32; 3]> {
 }
 
 fn checkerboard(size: usize, rng: &mut impl Rng) -> Vec<[f32; 3]> {
-    let [a, b] = [(); 2].map(|()| [(); 3].map(|()| rng.random::<f64>()));
+    let shades = [(); 3].map(|()| {
+        let (dark, light) = (rng.random_range(0.0..0.3), rng.random_range(0.7..1.0));
+        if rng.random() {
+            [dark, light]
+        } else {
+            [light, dark]
+        }
+    });
+    let [a, b] = [0, 1].map(|i| shades.map(|channel| channel[i]));
     let [columns, rows] = [(); 2].map(|()| rng.random_range(2.0..14.0));
     let [x, y] = [(); 2].map(|()| rng.random::<f64>());
     by_texel(size, |u, v| {
