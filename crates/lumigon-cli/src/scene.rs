@@ -86,6 +86,10 @@ struct LightReport {
     holes: usize,
     radiance: [f32; 3],
     two_sided: bool,
+    /// Texels across and down of the picture that it shows; absent where it shows one colour.
+    picture: Option<[u32; 2]>,
+    /// Bytes of that picture, prefiltered.
+    picture_bytes: u64,
     error: Option<String>,
 }
 
@@ -147,7 +151,7 @@ impl Report {
                 (None, area) => write!(out, "{:.6} m2", area.unwrap_or_default()),
             };
             let [r, g, b] = light.radiance;
-            let _ = writeln!(
+            let _ = write!(
                 out,
                 ", {} vertices in {} loops ({} holes), radiance ({r}, {g}, {b}), {}",
                 light.vertices,
@@ -159,6 +163,10 @@ impl Report {
                     "one-sided"
                 },
             );
+            let _ = match light.picture {
+                Some([width, height]) => writeln!(out, ", shows {width} x {height} texels"),
+                None => writeln!(out),
+            };
         }
         let _ = writeln!(out, "{} punctual lights", self.punctual_lights.len());
         for (index, light) in self.punctual_lights.iter().enumerate() {
@@ -190,6 +198,8 @@ impl LightReport {
             holes: light.loops.len().saturating_sub(1),
             radiance: light.radiance.into(),
             two_sided: light.two_sided,
+            picture: light.image.map(|image| image.size),
+            picture_bytes: light.image.map_or(0, |image| image.pyramid_bytes()),
             error: polygon.err().map(|error| error.to_string()),
         }
     }
