@@ -2,7 +2,7 @@
 
 use std::mem::{offset_of, size_of};
 
-use lumigon_wgpu::{CLUSTER_LIGHTS, LightRecord, MODULES, PolygonRecord};
+use lumigon_wgpu::{CLUSTER_LIGHTS, LightFieldRecord, LightRecord, MODULES, PolygonRecord};
 
 struct Structs(naga::Module);
 
@@ -48,6 +48,10 @@ fn records_are_laid_out_as_the_shaders_have_them() {
         shaders.of("Light"),
         layout!(LightRecord: polygon, radiance, first_record, end_record)
     );
+    assert_eq!(
+        shaders.of("LightField"),
+        layout!(LightFieldRecord: light_to_field, first_texel, resolution, phi)
+    );
     // The list starts where its first record is aligned.
     assert_eq!(shaders.of("Lights").1, [("count", 0), ("list", 16)]);
 }
@@ -76,6 +80,8 @@ fn bindings_are_where_the_layout_has_them() {
         "light_vertices",
         "ltc_tables",
         "anisotropic_ltc_table",
+        "distance_fields",
+        "light_fields",
     ];
     let expected: Vec<_> = (0..)
         .zip(names)

@@ -3,14 +3,17 @@
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
+use lumigon::SpecularMethod;
 use lumigon_wgpu::{
     CLUSTER_LIGHTS, ClusterRecord, Light, LightBuffers, TableFormat, Tables, clusters,
     sort_by_place,
 };
 
 use super::device::Gpu;
+use super::distance_fields::FieldCache;
 use super::error::GpuError;
 use crate::prepared_lights::PreparedLights;
+use crate::render::{RenderError, RenderSettings};
 use crate::scene::{EmissivePolygon, PunctualKind, PunctualLight, Texture};
 
 /// Polygon lights with their tables, and lights without extent.
@@ -18,11 +21,12 @@ pub(super) struct Lighting {
     polygons: LightBuffers,
     tables: Tables,
     layout: wgpu::BindGroupLayout,
-    pub(super) bind_group: wgpu::BindGroup,
+    bind_group: wgpu::BindGroup,
     /// Of [`ClusterRecord`]s.
     pub(super) clusters: wgpu::Buffer,
     pub(super) punctual: wgpu::Buffer,
     pub(super) punctual_count: u32,
+    fields: FieldCache,
     /// For each polygon, one past its last vertex record.
     record_ends: Vec<u32>,
     pub(super) warnings: Vec<String>,
@@ -91,8 +95,31 @@ impl Lighting {
             punctual: gpu.storage("lights without extent", &records)?,
             punctual_count: records.len() as u32,
             record_ends: record_ends(&lights),
+            fields: FieldCache::new(lights),
             warnings,
         })
+    }
+
+    /// The bind group with the distance fields that a picture needs, if any.
+    pub(super) fn bind_group_for(
+        &self,
+        gpu: &Gpu,
+        settings: &RenderSettings,
+    ) -> Result<wgpu::BindGroup, RenderError> {
+        let SpecularMethod::ReflectedDistanceField { field, .. } = settings.specular else {
+            return Ok(self.bind_group.clone());
+        };
+        let budget = settings.distance_field_budget;
+        self.fields
+            .get(gpu, &self.polygons, field, budget, |fields| {
+                lumigon_wgpu::bind_group_with_fields(
+                    gpu.device(),
+                    &self.layout,
+                    &self.polygons,
+                    &self.tables,
+                    fields,
+                )
+            })
     }
 
     /// Edges of all polygons, and as many again as they have loops.
@@ -131,6 +158,7 @@ impl Lighting {
             queue.write_buffer(&self.clusters, 0, bytes);
         }
         self.record_ends = record_ends(&lights);
+        self.fields = FieldCache::new(lights);
         self.warnings = warnings;
         Ok(grows)
     }

@@ -81,6 +81,8 @@ impl Methods {
             0 => 0,
             1 if self.two_lobes => 2,
             1 | 2 => 1,
+            // Fields are read without edges.
+            4 => 0,
             // Vector and solid angle.
             _ => 2,
         };

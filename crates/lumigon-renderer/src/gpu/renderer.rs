@@ -121,7 +121,8 @@ impl GpuRenderer {
     /// Renders with closed forms, as [`CpuRenderer::render`](crate::CpuRenderer::render) does.
     ///
     /// # Errors
-    /// Where a setting is out of range, when cancelled, and where the device fails.
+    /// Where a setting is out of range, when distance fields are over their budget, when cancelled, and
+    /// where the device fails.
     pub fn render(
         &self,
         camera: &Camera,
@@ -136,8 +137,16 @@ impl GpuRenderer {
         };
         let mut equipment = lock(&self.equipment);
         *lock(&self.timings) = None;
+        let lights = self.lighting.bind_group_for(&self.gpu, settings)?;
         let done = self.gpu.guarded("a picture", || {
-            self.render_into(&mut picture, &view, settings, watch, &mut equipment)
+            self.render_into(
+                &mut picture,
+                &view,
+                settings,
+                &lights,
+                watch,
+                &mut equipment,
+            )
         });
         match done {
             Ok(Waited::Done) => Ok(picture),
@@ -160,6 +169,7 @@ impl GpuRenderer {
         picture: &mut Rendering,
         view: &View,
         settings: &RenderSettings,
+        lights: &wgpu::BindGroup,
         watch: Watch<'_>,
         equipment: &mut Option<Equipment>,
     ) -> Result<Waited, GpuError> {
@@ -226,7 +236,14 @@ impl GpuRenderer {
                     }
                 }
                 for frame in 0..frames.len() {
-                    self.encode(&mut encoder, equipment, &pipeline, parts.len(), tile, frame);
+                    self.encode(
+                        &mut encoder,
+                        equipment,
+                        &pipeline,
+                        (lights, parts.len()),
+                        tile,
+                        frame,
+                    );
                 }
                 let is_last = batches.peek().is_none();
                 let mut reads = Vec::new();
@@ -264,7 +281,7 @@ impl GpuRenderer {
         encoder: &mut wgpu::CommandEncoder,
         equipment: &Equipment,
         pipeline: &wgpu::ComputePipeline,
-        parts: usize,
+        (lights, parts): (&wgpu::BindGroup, usize),
         tile: Tile,
         frame: usize,
     ) {
@@ -279,7 +296,7 @@ impl GpuRenderer {
             stamps,
         );
         let groups = [
-            &self.lighting.bind_group,
+            lights,
             &self.scene.bind_group,
             &equipment.sums.bind_group,
             &equipment.ids,
