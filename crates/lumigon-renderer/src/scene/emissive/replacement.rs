@@ -36,7 +36,7 @@ impl Scene {
         let mut polygons: Vec<EmissivePolygon> = Vec::new();
         for &index in &meshes {
             let emitted = changed.lights(self, index, limits);
-            warnings.extend(emitted.warning);
+            warnings.extend(emitted.warnings);
             polygons.extend(emitted.polygons);
         }
         let mut bytes_left = limits.light_image_bytes;

@@ -982,6 +982,13 @@ fn pictures_of_lights_keep_to_their_budget() {
     }
     let scene = within(2719, 4).unwrap();
     assert_eq!(scene.polygon_lights[1].image.unwrap().size, [4, 4]);
+    assert_eq!(scene.warnings.len(), 2);
+    let warning = "light \"left\" shows 8 × 8 texels, its picture 4 × 4";
+    assert!(
+        scene.warnings[0].starts_with(warning),
+        "{:?}",
+        scene.warnings
+    );
 }
 
 #[test]
