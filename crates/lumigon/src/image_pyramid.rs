@@ -177,7 +177,8 @@ fn neighbours(u: f32, size: u32) -> (usize, usize, f32) {
 fn lerp(a: Texel, b: Texel, t: f32) -> Texel {
     core::array::from_fn(
         #[inline(always)]
-        |i| a[i] + (b[i] - a[i]) * t,
+        // Not by the difference: beside large numbers it would round small ones away.
+        |i| a[i] * (1.0 - t) + b[i] * t,
     )
 }
 
