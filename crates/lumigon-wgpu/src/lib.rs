@@ -5,12 +5,17 @@
 
 mod bindings;
 mod cluster;
+mod image_buffers;
+mod image_colors;
+mod image_filter;
 mod light;
 mod light_buffers;
 mod tables;
 
 pub use bindings::{MODULES, bind_group, bind_group_layout, wgsl};
 pub use cluster::{CLUSTER_LIGHTS, ClusterRecord, clusters, sort_by_place};
+pub use image_buffers::{ImageBuffers, ImageRecord, ReplaceImageError, TooLargeImages};
+pub use image_colors::ImageColors;
 pub use light::{Light, LightRecord, PolygonRecord, VertexRecord, vertex_records};
-pub use light_buffers::{LightBuffers, TooManyLights};
+pub use light_buffers::{LightBuffers, LightBuffersError, TooManyLights};
 pub use tables::{TableFormat, Tables};

@@ -2,7 +2,7 @@
 
 use std::mem::{offset_of, size_of};
 
-use lumigon_wgpu::{CLUSTER_LIGHTS, LightRecord, MODULES, PolygonRecord};
+use lumigon_wgpu::{CLUSTER_LIGHTS, ImageRecord, LightRecord, MODULES, PolygonRecord};
 
 struct Structs(naga::Module);
 
@@ -46,7 +46,12 @@ fn records_are_laid_out_as_the_shaders_have_them() {
     );
     assert_eq!(
         shaders.of("Light"),
-        layout!(LightRecord: polygon, radiance, first_record, end_record)
+        layout!(LightRecord: polygon, radiance, first_record, end_record, image)
+    );
+    assert_eq!(
+        shaders.of("ShownImage"),
+        layout!(ImageRecord: corner, first_texel, edge_u, has_gaussian_levels, edge_v, size,
+            greatest, gaussian)
     );
     // The list starts where its first record is aligned.
     assert_eq!(shaders.of("Lights").1, [("count", 0), ("list", 16)]);
@@ -72,14 +77,13 @@ fn bindings_are_where_the_layout_has_them() {
         .collect();
     bindings.sort();
     let names = [
-        "lights",
-        "light_vertices",
-        "ltc_tables",
-        "anisotropic_ltc_table",
+        (0, "lights"),
+        (1, "light_vertices"),
+        (2, "ltc_tables"),
+        (3, "anisotropic_ltc_table"),
+        (6, "light_images"),
+        (7, "light_image_texels"),
     ];
-    let expected: Vec<_> = (0..)
-        .zip(names)
-        .map(|(i, n)| (0, i, n.to_owned()))
-        .collect();
+    let expected = names.map(|(i, name)| (0, i, name.to_owned()));
     assert_eq!(bindings, expected);
 }

@@ -50,9 +50,9 @@ pub enum GpuError {
         /// Bytes that one buffer may have.
         limit: u64,
     },
-    /// The lights are more than the device's buffers hold.
+    /// The lights or their images are more than the device's buffers hold.
     #[error(transparent)]
-    TooManyLights(#[from] lumigon_wgpu::TooManyLights),
+    Lights(#[from] lumigon_wgpu::LightBuffersError),
     /// The device does not finish its work.
     #[error(
         "the GPU has not answered for {seconds} s: its driver may hang; restart it, or use the CPU"

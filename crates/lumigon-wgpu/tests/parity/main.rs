@@ -10,6 +10,8 @@ mod cases;
 mod check;
 mod compare;
 mod gpu;
+mod image_filter;
+mod images;
 mod lights;
 mod lobes;
 mod numbers;

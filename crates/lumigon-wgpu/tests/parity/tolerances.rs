@@ -353,3 +353,8 @@ pub(crate) fn lobe_direction(ltc: &Ltc<f64>, direction: Vector) -> Option<f64> {
     let length = (x * x + y * y + z * z).sqrt();
     (length > 1e-9).then(|| 3e-7 * rounding / length + 3e-7)
 }
+
+/// Mean images.
+pub(crate) fn mean_image(sight: &Sight) -> Option<f64> {
+    is_comparable(sight).then_some(1e-5)
+}
