@@ -1,8 +1,8 @@
 //! The mean of a light's image, by every method.
 
 use lumigon::{
-    DiffuseMethod, ImageMethod, LightImage, LocalOcclusion, ProjectionBasis, Scalar, Vec3,
-    irradiance, ltc_form_factor, ltc_mean_image, reflected_image, solid_angle_above,
+    DiffuseMethod, ImageMethod, LightImage, LocalOcclusion, ProjectionBasis, Scalar, irradiance,
+    ltc_form_factor, ltc_mean_image, reflected_image, solid_angle_above,
 };
 use lumigon_wgpu::Light;
 
@@ -104,13 +104,20 @@ fn image<S: Scalar>(
     image
 }
 
-/// A function over images at every place: within the image's range, and what the CPU says, weighed
-/// by the function that it multiplies.
+/// What a light shows to a place, and what it is to be weighed by.
+struct Expected {
+    color: [f64; 3],
+    weight: f64,
+    /// How much the colour may err.
+    allowed: f64,
+}
+
+/// A function over images at every place: within the image's range, and what the CPU says where it
+/// says so, weighed by the function that it multiplies.
 fn check_mean(
     name: &'static str,
     call: &str,
-    exact: impl Fn(&Subject, &LightImage<f64>, Vector, Vector, &Place) -> [f64; 3],
-    allowed: impl Fn(&Subject, &Place, &Sight) -> Option<(f64, f64)>,
+    expected: impl Fn(&Subject, &LightImage<f64>, &Place, &Sight) -> Option<Expected>,
 ) {
     let shown = shown();
     let body = format!(
@@ -126,45 +133,199 @@ fn check_mean(
         let got = &values[..3];
         let at = || format!("{place:?} {sight:?} {subject:?}");
         worst.within(got, -1e-6, 1.0 + 1e-6, at);
-        if let Some((weight, allowed)) = allowed(subject, place, &sight) {
-            let image = &shown.truth[place.light as usize];
-            let exact = exact(
-                subject,
-                image,
-                double(place.point),
-                double(place.normal),
-                place,
-            );
+        let image = &shown.truth[place.light as usize];
+        if let Some(Expected {
+            color,
+            weight,
+            allowed,
+        }) = expected(subject, image, place, &sight)
+            && weight > 0.0
+        {
             let got: Vec<_> = got.iter().map(|x| x * weight as f32).collect();
-            worst.see(&got, &exact.map(|x| x * weight), allowed, at);
+            worst.see(&got, &color.map(|x| x * weight), weight * allowed, at);
         }
     }
-    worst.finish(shown.cases.places.len() / 4);
+    worst.finish(shown.cases.places.len() / 8);
 }
 
-const METHODS: [(&str, ImageMethod); 5] = [
-    ("0u", ImageMethod::Lookup),
-    ("1u", ImageMethod::Quadrature { taps: 1 }),
-    ("2u", ImageMethod::Quadrature { taps: 2 }),
-    ("3u", ImageMethod::Quadrature { taps: 3 }),
-    ("4u", ImageMethod::Quadrature { taps: 4 }),
-];
+fn quadrature(taps: u32) -> ImageMethod {
+    ImageMethod::Quadrature { taps }
+}
+
+fn of(place: &Place) -> (Vector, Vector) {
+    (double(place.point), double(place.normal))
+}
 
 #[test]
 fn mean_image_is_the_cpu_s() {
-    for (taps, method) in METHODS {
+    for (name, taps) in [
+        ("mean_image, 1 x 1", 1),
+        ("mean_image, 2 x 2", 2),
+        ("mean_image, 3 x 3", 3),
+        ("mean_image, 4 x 4", 4),
+        ("mean_image, 16 x 16", 16),
+    ] {
         check_mean(
-            "mean_image",
-            &format!("mean_image_from(place.light, place.point, place.normal, {taps})"),
-            |subject, image, point, normal, _| {
+            name,
+            &format!("mean_image_from(place.light, place.point, place.normal, {taps}u)"),
+            |subject, image, place, sight| {
+                let (light, (point, normal)) = (&subject.light, of(place));
                 let exact = DiffuseMethod::default();
-                exact.mean_image(&subject.light, image, point, normal, method)
-            },
-            |subject, place, sight| {
-                let (point, normal) = (double(place.point), double(place.normal));
-                let weight = irradiance(&subject.light, point, normal);
-                Some((weight, tolerances::mean_image(sight)?))
+                Some(Expected {
+                    allowed: tolerances::mean_image(sight, image.size())?,
+                    color: exact.mean_image(light, image, point, normal, quadrature(taps)),
+                    weight: irradiance(light, point, normal),
+                })
             },
         );
     }
+}
+
+#[test]
+fn conventional_lookup_is_the_cpu_s() {
+    check_mean(
+        "mean_image, conventional",
+        "mean_image_from(place.light, place.point, place.normal, 0u)",
+        |subject, image, place, sight| {
+            let (light, (point, normal)) = (&subject.light, of(place));
+            let exact = DiffuseMethod::default();
+            let (frame, size) = (image.frame(), image.size());
+            Some(Expected {
+                allowed: tolerances::conventional_image(subject, place, sight, &frame, size)?,
+                color: exact.mean_image(light, image, point, normal, ImageMethod::Lookup),
+                weight: irradiance(light, point, normal),
+            })
+        },
+    );
+}
+
+#[test]
+fn light_direction_mean_image_is_the_cpu_s() {
+    for (name, by_circle, occlusion) in [
+        ("light_direction_mean_image", false, LocalOcclusion::Exact),
+        (
+            "light_direction_mean_image, circle",
+            true,
+            LocalOcclusion::Circle,
+        ),
+    ] {
+        check_mean(
+            name,
+            &format!(
+                "light_direction_mean_image_from(
+                    place.light, place.point, place.normal, {by_circle}, 3u
+                )"
+            ),
+            |subject, image, place, sight| {
+                let (light, (point, normal)) = (&subject.light, of(place));
+                let method = DiffuseMethod::LightVector { occlusion };
+                Some(Expected {
+                    allowed: tolerances::mean_image(sight, image.size())?,
+                    color: method.mean_image(light, image, point, normal, quadrature(3)),
+                    weight: solid_angle_above(light, point, normal),
+                })
+            },
+        );
+    }
+}
+
+#[test]
+fn projected_mean_image_is_the_cpu_s() {
+    for (name, constant, basis, by_circle, occlusion) in [
+        (
+            "projected_mean_image",
+            "CENTROID",
+            (|_| ProjectionBasis::Centroid) as fn(f64) -> ProjectionBasis,
+            false,
+            LocalOcclusion::Exact,
+        ),
+        (
+            "projected_mean_image, weighted",
+            "WEIGHTED",
+            |_| ProjectionBasis::Weighted,
+            false,
+            LocalOcclusion::Exact,
+        ),
+        (
+            "projected_mean_image, biased",
+            "BIASED",
+            |bias| ProjectionBasis::Biased { bias },
+            true,
+            LocalOcclusion::Circle,
+        ),
+        (
+            "projected_mean_image, optimal",
+            "OPTIMAL",
+            |_| ProjectionBasis::Optimal,
+            false,
+            LocalOcclusion::Exact,
+        ),
+    ] {
+        check_mean(
+            name,
+            &format!(
+                "projected_mean_image_from(
+                    place.light, place.point, place.normal,
+                    package::lights::BASIS_{constant}, place.bias, {by_circle}, 2u
+                )"
+            ),
+            |subject, image, place, sight| {
+                let (light, (point, normal)) = (&subject.light, of(place));
+                let basis = basis(place.bias.into());
+                let method = DiffuseMethod::ProjectedArea { basis, occlusion };
+                let size = image.size();
+                Some(Expected {
+                    allowed: tolerances::projected_mean_image(subject, place, sight, basis, size)?,
+                    color: method.mean_image(light, image, point, normal, quadrature(2)),
+                    weight: solid_angle_above(light, point, normal),
+                })
+            },
+        );
+    }
+}
+
+const LOBE: &str = "package::ltc::prepare_ltc(place.lobe, place.normal, place.view)";
+
+#[test]
+fn ltc_mean_image_is_the_cpu_s() {
+    for (name, taps) in [
+        ("ltc_mean_image, 1 x 1", 1),
+        ("ltc_mean_image, 2 x 2", 2),
+        ("ltc_mean_image, 4 x 4", 4),
+    ] {
+        check_mean(
+            name,
+            &format!("ltc_mean_image_from(place.light, place.point, {LOBE}, {taps}u)"),
+            |subject, image, place, sight| {
+                let (light, (point, _)) = (&subject.light, of(place));
+                let lobe = prepared(subject, place);
+                let (frame, size) = (image.frame(), image.size());
+                Some(Expected {
+                    allowed: tolerances::ltc_mean_image(
+                        subject, place, sight, &lobe, &frame, size,
+                    )?,
+                    color: ltc_mean_image(light, image, point, &lobe, quadrature(taps)),
+                    weight: ltc_form_factor(light, point, &lobe),
+                })
+            },
+        );
+    }
+}
+
+#[test]
+fn reflected_image_is_the_cpu_s() {
+    check_mean(
+        "reflected_image",
+        "reflected_image_from(place.light, place.point, place.normal, place.view, place.alpha)",
+        |subject, image, place, sight| {
+            let (light, (point, normal)) = (&subject.light, of(place));
+            let (frame, size) = (image.frame(), image.size());
+            let (view, spread) = (double(place.view), place.alpha.into());
+            Some(Expected {
+                allowed: tolerances::reflected_image(subject, place, sight, &frame, size)?,
+                color: reflected_image(light, image, point, normal, view, spread),
+                weight: 1.0,
+            })
+        },
+    );
 }
