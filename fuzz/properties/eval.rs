@@ -10,12 +10,13 @@ pub(super) fn eval(bytes: &[u8]) {
     for precision in [Precision::F32, Precision::F64] {
         match answer(line, precision) {
             Ok(answer) => {
-                let numbers = match answer.value {
-                    Value::Scalar(number) => vec![number],
-                    Value::Vector(numbers) => numbers.to_vec(),
-                };
-                for number in numbers.into_iter().chain(answer.schlick) {
-                    assert!(is_finite(number), "{answer:?}");
+                for value in [Some(answer.value), answer.schlick, answer.multiple] {
+                    let numbers = match value {
+                        None => vec![],
+                        Some(Value::Scalar(number)) => vec![number],
+                        Some(Value::Vector(numbers)) => numbers.to_vec(),
+                    };
+                    assert!(numbers.into_iter().all(is_finite), "{answer:?}");
                 }
             }
             Err(error) => assert!(!error.to_string().is_empty(), "{error:?}"),

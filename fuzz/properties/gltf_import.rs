@@ -10,6 +10,8 @@ const LIMITS: Limits = Limits {
     image_bytes: 1 << 20,
     mesh_bytes: 1 << 20,
     node_depth: 64,
+    light_image_bytes: 1 << 24,
+    light_image_side: 1024,
 };
 
 /// Imports `bytes`; an error names the file, a scene keeps what its documentation promises and can

@@ -77,6 +77,8 @@ pub(crate) enum Specular {
     Ltc2,
     /// The mirrored view ray's inclusion in the polygon
     Reflected,
+    /// The distance from the polygon at which the mirrored view ray meets its plane, baked once
+    DistanceField,
     /// The BRDF along the light vector
     LightVector,
     /// No specular light

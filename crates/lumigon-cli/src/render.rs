@@ -5,7 +5,10 @@ use std::time::Instant;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use lumigon::{DiffuseMethod, LtcLobes, SpecularMethod};
+use lumigon::{
+    DiffuseMethod, DistanceFieldError, DistanceFieldSettings, DistanceFieldSmoothness, LtcLobes,
+    SpecularMethod,
+};
 use lumigon_renderer::{
     Camera, PictureFormat, Pixels, ReferenceSettings, RenderError, RenderSettings, Scene, ToneMap,
     Watch, check_writable, write_exr, write_png,
@@ -102,6 +105,80 @@ struct Method {
     /// What --specular reflected takes for inside [default: crossing-number]
     #[arg(long, value_enum, value_name = "RULE", requires = "specular")]
     inclusion: Option<Inclusion>,
+    #[command(flatten)]
+    field: Field,
+}
+
+/// What --specular distance-field bakes and reads.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Distance fields, for --specular distance-field")]
+struct Field {
+    /// Texels along a side of a light's field, a power of two [default: 128]
+    #[arg(long, value_name = "N", requires = "specular")]
+    field_resolution: Option<u32>,
+    /// Half the side of a field's square in the light's radii, 1 to 16 [default: 2]
+    #[arg(long, value_name = "PHI", requires = "specular")]
+    field_phi: Option<f32>,
+    /// Bake distances inside too, negative: wide lobes see lights brighter in their middle
+    #[arg(long, requires = "specular")]
+    field_signed: bool,
+    /// MiB that all fields may have together [default: 256]
+    #[arg(long, value_name = "MIB", requires = "specular")]
+    field_budget: Option<u32>,
+    /// How fast reflections fade with the distance, the same for every surface: k of 1/(1 + d)^k
+    /// [default: from the surface's roughness]
+    #[arg(
+        long,
+        value_name = "K",
+        requires = "specular",
+        allow_negative_numbers = true
+    )]
+    smoothness: Option<f32>,
+    /// Factor to the k that comes from the surface's roughness [default: 1]
+    #[arg(
+        long,
+        value_name = "FACTOR",
+        requires = "specular",
+        conflicts_with = "smoothness",
+        allow_negative_numbers = true
+    )]
+    smoothness_factor: Option<f32>,
+}
+
+impl Field {
+    fn is_set(&self) -> bool {
+        self.field_resolution.is_some()
+            || self.field_phi.is_some()
+            || self.field_signed
+            || self.field_budget.is_some()
+            || self.smoothness.is_some()
+            || self.smoothness_factor.is_some()
+    }
+
+    fn method(&self) -> Result<SpecularMethod, Failure> {
+        let default = DistanceFieldSettings::default();
+        let refused = |fault: DistanceFieldError| Failure::usage("render", &fault.to_string());
+        let field = DistanceFieldSettings::new(
+            self.field_resolution.unwrap_or(default.resolution()),
+            self.field_phi.unwrap_or(default.phi()),
+            self.field_signed,
+        );
+        let smoothness = match self.smoothness {
+            Some(smoothness) => DistanceFieldSmoothness::fixed(smoothness),
+            None => DistanceFieldSmoothness::of_material(self.smoothness_factor.unwrap_or(1.0)),
+        };
+        Ok(SpecularMethod::ReflectedDistanceField {
+            field: field.map_err(refused)?,
+            smoothness: smoothness.map_err(refused)?,
+        })
+    }
+
+    /// In bytes.
+    fn budget(&self) -> u64 {
+        let default = RenderSettings::default().distance_field_budget;
+        self.field_budget
+            .map_or(default, |mib| u64::from(mib) << 20)
+    }
 }
 
 /// The path tracer.
@@ -248,6 +325,7 @@ impl Render {
                 specular,
                 image_method: self.method.image_method.unwrap_or_default().into(),
                 light_bound: self.method.light_bound.unwrap_or(0.0),
+                distance_field_budget: self.method.field.budget(),
             };
             backend.render(camera, &settings, watch)
         };
@@ -276,6 +354,8 @@ impl Method {
             Some("--bias is of use with --basis biased only")
         } else if self.inclusion.is_some() && specular != Specular::Reflected {
             Some("--inclusion is of use with --specular reflected only")
+        } else if self.field.is_set() && specular != Specular::DistanceField {
+            Some("--field-* and --smoothness* are of use with --specular distance-field only")
         } else {
             None
         };
@@ -299,6 +379,7 @@ impl Method {
             Specular::Reflected => {
                 SpecularMethod::ReflectedInclusion(self.inclusion.unwrap_or_default().into())
             }
+            Specular::DistanceField => self.field.method()?,
             Specular::LightVector => SpecularMethod::LightVector,
             Specular::None => SpecularMethod::None,
         };

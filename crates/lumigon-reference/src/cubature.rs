@@ -25,7 +25,7 @@ pub enum CubatureError {
     /// A direction is not of unit length, to 1e-5.
     #[error("the {name} {direction:?} has length {}; it must be a unit vector", DVec3::from(*.direction).length())]
     NotUnit {
-        /// Which direction: `normal`, `tangent` or `view`.
+        /// Which direction: `normal`, `tangent`, `axis` or `view`.
         name: &'static str,
         /// What was given.
         direction: [f64; 3],
@@ -49,6 +49,11 @@ pub enum CubatureError {
     /// The cosine of the view angle is not in (0, 1].
     #[error("the cosine of the view angle is {0}; it must be above 0 and at most 1")]
     CosThetaView(f64),
+    /// A map of directions is singular, mirrors, or is not finite.
+    #[error(
+        "the rows {0:?} are no lobe's map to cosine space; their determinant must be positive and all be finite"
+    )]
+    NoLobe([[f64; 3]; 3]),
     /// The tolerance was not reached within the allowed evaluations, or is beyond what rounding allows.
     #[error(
         "the integral has an error of about {error:e} after the allowed evaluations; ask for less"
@@ -159,14 +164,14 @@ fn checked<const N: usize>(outcome: &Outcome<N>) -> Result<[f64; N], CubatureErr
     }
 }
 
-fn position(point: [f64; 3]) -> Result<DVec3, CubatureError> {
+pub(crate) fn position(point: [f64; 3]) -> Result<DVec3, CubatureError> {
     match is_position(point) {
         true => Ok(point.into()),
         false => Err(CubatureError::Point(point)),
     }
 }
 
-fn unit(name: &'static str, direction: [f64; 3]) -> Result<DVec3, CubatureError> {
+pub(crate) fn unit(name: &'static str, direction: [f64; 3]) -> Result<DVec3, CubatureError> {
     let vector = DVec3::from(direction);
     match (vector.length() - 1.0).abs() <= 1e-5 {
         true => Ok(vector.normalize()),
@@ -175,7 +180,7 @@ fn unit(name: &'static str, direction: [f64; 3]) -> Result<DVec3, CubatureError>
 }
 
 /// Rows of the rotation into the shading frame: z along the normal, x towards the view's azimuth where it has one.
-fn shading_frame(normal: DVec3, view: DVec3) -> [DVec3; 3] {
+pub(crate) fn shading_frame(normal: DVec3, view: DVec3) -> [DVec3; 3] {
     let x = (view - normal * normal.dot(view))
         .try_normalize()
         // A view along the normal leaves a remainder of pure rounding, which need not be orthogonal.
@@ -204,7 +209,7 @@ fn half_hemisphere(
     Ok((DVec3::new(sine, 0.0, cos_theta_view), half, halved))
 }
 
-fn to_frame(rows: &[DVec3; 3], vector: DVec3) -> DVec3 {
+pub(crate) fn to_frame(rows: &[DVec3; 3], vector: DVec3) -> DVec3 {
     DVec3::from(rows.map(|row| row.dot(vector)))
 }
 

@@ -4,12 +4,15 @@ use glam::{DVec2, DVec3};
 
 use crate::polygon::Polygon;
 use crate::sampling::{Random, uniform_triangle};
+use crate::texture::Texture;
 
-/// A polygon that emits the same radiance everywhere and in every direction of its lit side or sides.
+/// A polygon that emits the same radiance in every direction of its lit side or sides, and everywhere unless a texture
+/// says otherwise.
 #[derive(Debug, Clone)]
 pub struct Emitter {
     polygon: Polygon,
     radiance: [f64; 3],
+    texture: Option<Texture>,
     centre: DVec3,
     /// Of a sphere about `centre` that holds the polygon.
     radius: f64,
@@ -46,9 +49,19 @@ impl Emitter {
         Self {
             polygon,
             radiance: radiance.map(|x| if x.is_finite() { x.max(0.0) } else { 0.0 }),
+            texture: None,
             centre,
             radius,
             cumulative_areas,
+        }
+    }
+
+    /// The same with its radiance multiplied, point by point, by a texture in its plane.
+    #[must_use]
+    pub fn with_texture(self, texture: Texture) -> Self {
+        Self {
+            texture: Some(texture),
+            ..self
         }
     }
 
@@ -57,9 +70,21 @@ impl Emitter {
         &self.polygon
     }
 
-    /// RGB radiance of the lit side.
+    /// RGB radiance of the lit side, before any texture.
     pub fn radiance(&self) -> [f64; 3] {
         self.radiance
+    }
+
+    /// RGB radiance of a point of it, as `point` sees it.
+    pub(crate) fn radiance_at(&self, point: DVec3, seen: &EmitterPoint) -> DVec3 {
+        let radiance = DVec3::from(self.radiance);
+        match &self.texture {
+            None => radiance,
+            Some(texture) => {
+                let place = point + seen.direction * seen.distance;
+                radiance * DVec3::from(texture.color(place.into()))
+            }
+        }
     }
 
     /// Total area as sampled.

@@ -3,6 +3,8 @@
 mod charlie;
 mod eon;
 mod ggx;
+mod ltc;
+mod projection;
 
 use glam::{DVec2, DVec3};
 
@@ -11,6 +13,8 @@ use crate::quadrature::{Integrand, SMOOTH_ANGLE, edge_lengths};
 pub(crate) use charlie::CharlieLobe;
 pub(crate) use eon::EonLobe;
 pub(crate) use ggx::GgxLobe;
+pub(crate) use ltc::LtcDensity;
+pub(crate) use projection::ProjectedArea;
 
 pub(crate) struct One;
 

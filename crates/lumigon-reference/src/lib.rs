@@ -3,7 +3,8 @@
 //! - **Cubature**: [`irradiance`], [`form_factor`], [`light_vector`], [`solid_angle`], and the lobes [`ggx`],
 //!   [`ggx_anisotropic`], [`charlie`] and [`eon`] of one polygon light at one point, to a requested [`Tolerance`], with an
 //!   estimate of the error; [`ggx_albedo`] and its like for the whole hemisphere. The polygon is triangulated, clipped
-//!   by the horizon and integrated adaptively over its directions.
+//!   by the horizon and integrated adaptively over its directions. [`texel_weights`] tells what each texel of a textured
+//!   light adds to such an integral, or to one over a fitted lobe.
 //! - **A path tracer**: [`render`] for any [`Scene`], with the standard error of every pixel.
 //!
 //! Nothing here sums over edges or transforms cosines: an error shared with what is being measured is no truth.
@@ -40,6 +41,8 @@ mod quadrature;
 mod sampling;
 mod scene;
 mod settings;
+mod texel_weights;
+mod texture;
 mod triangulation;
 
 pub use charlie::charlie_brdf;
@@ -58,3 +61,5 @@ pub use polygon::{Polygon, PolygonError};
 pub use quadrature::Tolerance;
 pub use scene::{PunctualLight, Ray, Scene, Surface};
 pub use settings::{RenderError, Settings};
+pub use texel_weights::{MeanColor, TexelWeights, Weighting, texel_weights};
+pub use texture::{TexelFilter, TexelGrid, Texture, TextureError};

@@ -22,7 +22,8 @@ pub use render::{
     Rendering, Watch,
 };
 pub use scene::{
-    AlphaMode, Camera, EmissivePolygon, Filter, Limits, Material, Mesh, Projection, PunctualKind,
-    PunctualLight, Sampler, Scene, SceneError, SurfaceSample, Texture, TextureRef,
-    TextureTransform, Wrap,
+    AlphaMask, AlphaMode, Camera, EmissiveImage, EmissivePolygon, Filter, ImageFile, Limits,
+    Material, Mesh, PlacedTexture, Projection, PunctualKind, PunctualLight, Sampler, Scene,
+    SceneError, SurfaceSample, Texture, TextureMap, TextureRef, TextureTransform, Wrap,
+    decode_image, read_image,
 };

@@ -1,30 +1,89 @@
 //! Polygon lights, prepared for shading.
 
-use lumigon::{PolygonLight, Sides};
+use lumigon::{LightImage, LightImageError, PolygonLight, Sides};
 use lumigon_wgpu::Light;
+use rayon::prelude::*;
 
-use crate::scene::EmissivePolygon;
+use crate::scene::{EmissiveImage, EmissivePolygon, Texture};
 
-/// The lights whose outlines can be evaluated, and why the others light nothing.
-pub(crate) fn prepared_lights(lights: &[EmissivePolygon]) -> (Vec<Light>, Vec<String>) {
-    let mut prepared = Vec::new();
-    let mut warnings = Vec::new();
-    for light in lights {
-        let sides = if light.two_sided {
-            Sides::Both
-        } else {
-            Sides::Front
+/// A scene's lights as shading wants them.
+pub(crate) struct PreparedLights {
+    /// Those whose outlines can be evaluated.
+    pub(crate) lights: Vec<Light>,
+    /// For each of them its index among the scene's.
+    pub(crate) sources: Vec<usize>,
+    /// Why the others light nothing, and which show less than they should.
+    pub(crate) warnings: Vec<String>,
+}
+
+impl PreparedLights {
+    /// `textures` are the scene's.
+    pub(crate) fn new(lights: &[EmissivePolygon], textures: &[Texture]) -> Self {
+        let prepare = |light| prepared(light, textures);
+        let all: Vec<_> = lights.par_iter().map(prepare).collect();
+        let mut prepared = Self {
+            lights: Vec::new(),
+            sources: Vec::new(),
+            warnings: Vec::new(),
         };
-        match PolygonLight::new(&light.loops, sides).and_then(|polygon| polygon.cast()) {
-            Ok(polygon) => prepared.push(Light {
-                polygon,
-                radiance: light.radiance.to_array(),
-                image: None,
-            }),
-            Err(fault) => {
-                warnings.push(format!("light \"{}\" lights nothing: {fault}", light.name));
+        for (source, (light, warning)) in all.into_iter().enumerate() {
+            prepared.warnings.extend(warning);
+            if let Some(light) = light {
+                prepared.lights.push(light);
+                prepared.sources.push(source);
             }
         }
+        prepared
     }
-    (prepared, warnings)
+}
+
+fn prepared(light: &EmissivePolygon, textures: &[Texture]) -> (Option<Light>, Option<String>) {
+    let sides = if light.two_sided {
+        Sides::Both
+    } else {
+        Sides::Front
+    };
+    let outline = PolygonLight::new(&light.loops, sides);
+    let both = outline.and_then(|exact| exact.cast().map(|polygon| (exact, polygon)));
+    let (exact, polygon) = match both {
+        Ok(both) => both,
+        Err(fault) => {
+            let warning = format!("light \"{}\" lights nothing: {fault}", light.name);
+            return (None, Some(warning));
+        }
+    };
+    let mut prepared = Light {
+        polygon,
+        radiance: light.radiance.to_array(),
+        image: None,
+    };
+    let warning = match light
+        .image
+        .as_ref()
+        .map(|shown| picture(&exact, shown, textures))
+    {
+        None => None,
+        Some(Ok((strength, image))) => {
+            prepared.radiance = strength;
+            prepared.image = Some(image);
+            None
+        }
+        Some(Err(fault)) => Some(format!(
+            "light \"{}\" shows its mean colour: {fault}",
+            light.name
+        )),
+    };
+    (Some(prepared), warning)
+}
+
+/// The picture, and the radiance that it multiplies.
+fn picture(
+    polygon: &PolygonLight<f64>,
+    shown: &EmissiveImage,
+    textures: &[Texture],
+) -> Result<([f32; 3], LightImage<f32>), LightImageError> {
+    let frame = [shown.corner, shown.edge_u, shown.edge_v];
+    let mut image = LightImage::new(polygon, frame, shown.size)?;
+    image.replace(&shown.cells(textures, shown.size))?;
+    Ok((shown.strength.to_array(), image))
 }

@@ -27,6 +27,9 @@ pub struct RenderSettings {
     /// them, where diffuse light is exact and specular light, if any, by LTC. 0 leaves out none, and
     /// the CPU never does.
     pub light_bound: f32,
+    /// Bytes that the lights' distance fields may have together, for
+    /// [`SpecularMethod::ReflectedDistanceField`]: one field for each shape of a light.
+    pub distance_field_budget: u64,
 }
 
 impl Default for RenderSettings {
@@ -39,6 +42,7 @@ impl Default for RenderSettings {
             specular: SpecularMethod::default(),
             image_method: ImageMethod::default(),
             light_bound: 0.0,
+            distance_field_budget: 256 << 20,
         }
     }
 }
@@ -186,6 +190,18 @@ pub enum RenderError {
         /// Pixels down.
         height: u32,
     },
+    /// The lights' distance fields are over their budget.
+    #[error(transparent)]
+    DistanceField(#[from] lumigon::DistanceFieldError),
+    /// A light has no picture to replace.
+    #[error("light {light} shows no picture: only lights with a texture can show another one")]
+    NoPicture {
+        /// Its index.
+        light: usize,
+    },
+    /// A picture cannot be shown.
+    #[error(transparent)]
+    Picture(#[from] lumigon::LightImageError),
     /// [`Watch::cancelled`] was set.
     #[error("interrupted")]
     Cancelled,

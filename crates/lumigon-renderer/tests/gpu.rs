@@ -274,6 +274,7 @@ fn thousands_of_lights() {
                     corner(x, z + 0.2),
                 ]],
                 radiance: Vec3::new(3.0, 2.0, 1.0),
+                image: None,
                 two_sided: false,
                 mesh: 0,
                 triangles: Vec::new(),

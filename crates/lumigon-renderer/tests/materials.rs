@@ -420,6 +420,7 @@ fn walls() -> Vec<EmissivePolygon> {
                         .collect(),
                 ],
                 radiance: Vec3::ONE,
+                image: None,
                 two_sided: false,
                 mesh: 0,
                 triangles: Vec::new(),

@@ -1,10 +1,15 @@
 //! The mean of a light's image as a shading point weighs it, by a few taps.
 //!
-//! Taps are the product of one row and one column rule, both warped so that they lie where the
-//! integrand's weight is: along each axis the weight of a point of a plane seen from a distance is
-//! about (1 + x^2)^(-3/2), whose integral is x / sqrt(1 + x^2). No tap knows of the outline, of holes
-//! or of the horizon: coverage lives in the image's weights, and what the horizon cuts fades a tap.
-//! Only the colour is estimated; it multiplies the exact integral.
+//! Taps are the product of a rule across rows and one along each row, and both are the same warp:
+//! light that falls from a line onto a surface is, integrated along it, a sine. Seen in the plane
+//! through the shading point and the line, in which theta is a point's angle from the line's nearest
+//! point and phi the angle by which the horizon's normal leans, the weight cos(theta - phi) d(theta)
+//! of a point of the line has the integral sin(theta - phi). Taps lie at even steps of that sine, on
+//! the part of the line above the horizon. Whole rows seen along their direction are such points too,
+//! as far as they are long; what they are not, the taps' weights make up for.
+//!
+//! No tap knows of the outline or of holes: coverage lives in the image's weights. Only the colour is
+//! estimated; it multiplies the exact integral.
 
 use crate::clip::Horizon;
 use crate::image_pyramid::ImagePyramid;
@@ -12,12 +17,14 @@ use crate::light_image::ImageFrame;
 use crate::real::Real;
 use crate::vec3::Vec3;
 
-/// Least share of a tap that the horizon leaves: all taps below it still have a mean.
-const LEAST_SHARE: f64 = 1e-3;
+/// Least square of a cosine that is divided by.
+const LEAST_SQUARE: f64 = 1e-14;
 
-/// Seen under smaller angles, warped rows or columns would differ from even ones by less than what
-/// their differences of nearly equal numbers lose.
-const EVEN_BELOW: f64 = 0.02;
+/// Least quotient of two cosines that is divided by.
+const LEAST_QUOTIENT: f64 = 1e-7;
+
+/// Even steps are those of a sine over an interval as small as this.
+const EVEN: f64 = 1e-3;
 
 /// What a direction weighs.
 #[derive(Clone, Copy, Debug)]
@@ -36,31 +43,25 @@ pub enum ImageWeight<T> {
 pub struct ImageQuadrature<T> {
     frame: ImageFrame<T>,
     weight: ImageWeight<T>,
-    /// Heights over the horizon of the frame's corner and edges.
+    /// Heights over the horizon of the frame's corner and edges: x + u y + v z.
     heights: Vec3<T>,
-    /// Heights over a second horizon, which only cuts.
+    /// Heights over a second horizon.
     cut: Vec3<T>,
-    /// Squared length of the edge along u, and its product with the other.
+    /// Squared length of the edge along u.
     uu: T,
-    uv: T,
-    /// Squared length of the edge along v, less what lies along u.
-    v_across: T,
-    /// Image coordinates of where the weight peaks.
-    peak_u: T,
-    peak_v: T,
-    /// Its squared distance.
+    /// Squared distance of where the weight peaks.
     peak_squared: T,
-    v_axis: Axis<T>,
+    v_warp: Warp<T>,
 }
 
 /// Taps of one row.
 #[derive(Clone, Copy, Debug)]
 pub struct ImageRow<T> {
     v: T,
-    /// What of the image's height the row stands for, as a fraction: its weight, and its extent.
-    share: T,
+    /// How fast v moves with the rows, and how much of it this row stands for.
+    speed: T,
     extent: T,
-    u_axis: Axis<T>,
+    u_warp: Warp<T>,
 }
 
 /// One lookup.
@@ -78,53 +79,117 @@ pub struct ImageTap<T> {
     pub weight: T,
 }
 
-/// One axis of the product rule: how q, even in the warped interval, becomes a coordinate.
+/// Part of a line as a shading point weighs it: how even steps of sin(theta - phi) become a
+/// coordinate.
 #[derive(Clone, Copy, Debug)]
-struct Axis<T> {
-    /// Coordinate of the peak.
-    peak: T,
-    /// Distance from the peak where the weight has fallen to a third.
-    scale: T,
-    start: T,
+struct Warp<T> {
+    first: T,
+    last: T,
+    /// sin(theta - phi) and cos(theta - phi) at the first coordinate, and the tangent of theta.
+    sine: T,
+    cosine: T,
+    tangent: T,
+    /// Of sin(theta - phi), from the first coordinate to the last.
     length: T,
-    /// 1 where the taps lie evenly, else 0.
-    even: T,
+    /// Coordinate per angle at the first coordinate.
+    reach: T,
 }
 
-impl<T: Real> Axis<T> {
+impl<T: Real> Warp<T> {
+    /// The line's nearest point has the coordinate `foot` and lies `scale` away, in units of the
+    /// coordinate; there the line is at `height` and rises by `slope`.
+    ///
+    /// Differences of sines of nearly equal angles come from the angles' difference, or single
+    /// precision would lose them from afar.
     #[inline(always)]
-    fn new(peak: T, scale: T, even: T) -> Self {
-        let one = peak.constant(1.0);
+    fn new([first, last]: [T; 2], foot: T, scale: T, height: T, slope: T) -> Self {
+        let (zero, one) = (foot.constant(0.0), foot.constant(1.0));
         let inverse = one / scale;
-        let start = integral(-peak * inverse);
+        let rise = slope * scale;
+        let squared = height.mul_add(height, rise * rise);
+        let normalize = one / squared.max(foot.constant(1e-30)).sqrt();
+        let (lean_cosine, lean_sine) = (height * normalize, rise * normalize);
+        let from = (first - foot) * inverse;
+        let to = (last - foot) * inverse;
+        let from_cosine = one / from.mul_add(from, one).sqrt();
+        let cosines = from_cosine / to.mul_add(to, one).sqrt();
+        let sine = (from * lean_cosine - lean_sine) * from_cosine;
+        let cosine = (from.mul_add(lean_sine, lean_cosine) * from_cosine).max(zero);
+        // Of the angle between the ends, and 1 - its cosine.
+        let across = (last - first) * inverse * cosines;
+        let along = from.mul_add(to, one) * cosines;
+        let obtuse = along.lt(zero);
+        let sagitta = T::select(
+            obtuse,
+            one - along,
+            across * across / (one + T::select(obtuse, zero, along)),
+        );
         Self {
-            peak,
-            scale,
-            start,
-            length: integral((one - peak) * inverse) - start,
-            even: T::select(inverse.lt(peak.constant(EVEN_BELOW)), one, even),
+            first,
+            last,
+            sine,
+            cosine,
+            tangent: from,
+            length: (cosine * across - sine * sagitta).max(zero),
+            reach: scale * from.mul_add(from, one),
         }
     }
 
-    /// Coordinate of the tap at `at` in (0, 1) of the interval, and how fast the coordinate moves
-    /// with it.
+    /// Even steps of the coordinate itself.
+    #[inline(always)]
+    fn even([first, last]: [T; 2]) -> Self {
+        let (zero, one) = (first.constant(0.0), first.constant(1.0));
+        let length = first.constant(EVEN);
+        Self {
+            first,
+            last,
+            sine: zero,
+            cosine: one,
+            tangent: zero,
+            length,
+            reach: (last - first) / length,
+        }
+    }
+
+    /// Coordinate at `at` in (0, 1) of the interval, and how fast it moves with it.
     #[inline(always)]
     fn tap(&self, at: T) -> (T, T) {
-        let (zero, one) = (at.constant(0.0), at.constant(1.0));
-        let q = self.length.mul_add(at, self.start);
-        let k = one / (one - q * q).max(at.constant(1e-7)).sqrt();
-        let warped = (self.scale * q).mul_add(k, self.peak).max(zero).min(one);
-        let speed = self.scale * self.length * (k * k * k);
-        let even = self.even.gt(at.constant(0.5));
-        (T::select(even, at, warped), T::select(even, one, speed))
+        let one = at.constant(1.0);
+        let step = self.length * at;
+        let sine = self.sine + step;
+        // 1 - the sine's square, without cancellation near the horizon.
+        let fall = step * (self.sine + sine);
+        let cosine = (self.cosine * self.cosine - fall)
+            .max(at.constant(LEAST_SQUARE))
+            .sqrt();
+        // Sine and cosine of the angle from the first coordinate.
+        let bend = self.sine * fall / (self.cosine + cosine);
+        let across = step.mul_add(self.cosine, bend);
+        let along = sine.mul_add(self.sine, cosine * self.cosine);
+        let inverse = one / (along - self.tangent * across).max(at.constant(LEAST_QUOTIENT));
+        let coordinate = (self.reach * across).mul_add(inverse, self.first);
+        let speed = self.reach * self.length * inverse * inverse / cosine;
+        (coordinate.max(self.first).min(self.last), speed)
+    }
+
+    #[inline(always)]
+    fn extent(&self, speed: T, count: T) -> T {
+        (speed / count).min(self.last - self.first)
     }
 }
 
-/// Of (1 + x^2)^(-3/2).
+/// The part of an interval where `height + coordinate * slope` is above 0.
 #[inline(always)]
-fn integral<T: Real>(x: T) -> T {
-    let one = x.constant(1.0);
-    x / x.mul_add(x, one).sqrt()
+fn above<T: Real>([first, last]: [T; 2], height: T, slope: T) -> [T; 2] {
+    let zero = height.constant(0.0);
+    let rises = slope.gt(zero);
+    let steepness = slope.abs().max(height.constant(1e-30));
+    let crossing = T::select(rises, -height, height) / steepness;
+    let crossing = crossing.max(first).min(last);
+    [
+        T::select(rises, crossing, first),
+        T::select(rises, last, crossing),
+    ]
 }
 
 impl<T: Real> ImageQuadrature<T> {
@@ -159,117 +224,127 @@ impl<T: Real> ImageQuadrature<T> {
         let v_across = (vv - uv * uv / uu).max(like.constant(1e-9) * vv);
 
         // From the foot of the point on the plane to the peak of cosine over distance^4.
-        let lean = horizon.height(normal);
-        let step = match weight {
+        let (heights, lean, step) = match weight {
             ImageWeight::Cosine => {
+                let heights = Vec3::new(
+                    horizon.height(corner),
+                    horizon.height(edge_u),
+                    horizon.height(edge_v),
+                );
+                let lean = horizon.height(normal);
                 let root = lean.mul_add(lean, like.constant(3.0)).sqrt();
-                distance / (root + lean + lean).max(like.constant(1e-3))
+                let step = distance / (root + lean + lean).max(like.constant(1e-3));
+                (heights, lean, step)
             }
-            _ => zero,
+            _ => (Vec3::new(one, zero, zero), zero, zero),
         };
         let up = horizon.normal(like);
         let peak = normal * (distance - lean * step) + up * step;
         let from_corner = peak - corner;
         let along_u = edge_u.dot(from_corner);
         let along_v = edge_v.dot(from_corner);
-        let peak_u = (along_u - uv / vv * along_v) / u_across;
-        let peak_v = (along_v - uv / uu * along_u) / v_across;
-        let peak_squared = peak.dot(peak);
+        let peak_u = ((along_u - uv / vv * along_v) / u_across)
+            .max(zero)
+            .min(one);
 
-        // Along v the weight peaks where the column nearest to the peak has its own.
-        let nearest = peak_u.max(zero).min(one) - peak_u;
-        let scale = ((peak_squared + u_across * nearest * nearest) / v_across).sqrt();
-        let even = match weight {
-            ImageWeight::Projection(_) => one,
-            _ => zero,
+        // Rows that reach above both horizons.
+        let highest = |heights: Vec3<T>| heights.x + heights.y.max(zero);
+        let lit = above([zero, one], highest(heights), heights.z);
+        let lit = above(lit, highest(cut), cut.z);
+        let v_warp = match weight {
+            ImageWeight::Projection(_) => Warp::even(lit),
+            _ => {
+                // The column through the peak stands for all, seen along the rows.
+                let column = edge_u.mul_add(peak_u, corner);
+                let foot = -edge_v.dot(column) / vv;
+                let nearest = edge_v.mul_add(foot, column);
+                let squared = nearest.dot(nearest).max(distance * distance);
+                let height = heights
+                    .y
+                    .mul_add(peak_u, heights.z.mul_add(foot, heights.x));
+                let slope = heights.z - uv / uu * heights.y;
+                // Where it dips below the horizon before its rows do, it is raised.
+                let end = T::select(slope.gt(zero), lit[0], lit[1]);
+                let lowest = (end - foot).mul_add(slope, height);
+                let height = height - lowest.min(zero);
+                Warp::new(lit, foot, (squared / v_across).sqrt(), height, slope)
+            }
         };
         Self {
             frame,
             weight,
-            heights: Vec3::new(
-                horizon.height(corner),
-                horizon.height(edge_u),
-                horizon.height(edge_v),
-            ),
+            heights,
             cut,
             uu,
-            uv,
-            v_across,
-            peak_u,
-            peak_v,
-            peak_squared,
-            v_axis: Axis::new(peak_v - uv / vv * nearest, scale, even),
+            peak_squared: peak.dot(peak),
+            v_warp,
         }
     }
 
     /// The row at `at`: (j + 1/2) / count for row j.
     #[inline(always)]
     pub fn row(&self, at: T, count: T) -> ImageRow<T> {
-        let one = at.constant(1.0);
-        let (v, speed) = self.v_axis.tap(at);
-        let from_peak = v - self.peak_v;
-        let scale = ((self.peak_squared + self.v_across * from_peak * from_peak) / self.uu).sqrt();
+        let (zero, one) = (at.constant(0.0), at.constant(1.0));
+        let (v, speed) = self.v_warp.tap(at);
+        let heights = self.heights;
+        let height = heights.z.mul_add(v, heights.x);
+        let lit = above([zero, one], height, heights.y);
+        let lit = above(lit, self.cut.z.mul_add(v, self.cut.x), self.cut.y);
+        let u_warp = match self.weight {
+            ImageWeight::Projection(_) => Warp::even(lit),
+            _ => {
+                let start = self.frame.edge_v.mul_add(v, self.frame.corner);
+                let foot = -self.frame.edge_u.dot(start) / self.uu;
+                let nearest = self.frame.edge_u.mul_add(foot, start);
+                let squared = nearest.dot(nearest).max(at.constant(1e-10) * self.uu);
+                Warp::new(
+                    lit,
+                    foot,
+                    (squared / self.uu).sqrt(),
+                    heights.y.mul_add(foot, height),
+                    heights.y,
+                )
+            }
+        };
         ImageRow {
             v,
-            share: speed,
-            extent: (speed / count).min(one),
-            u_axis: Axis::new(
-                self.peak_u - self.uv / self.uu * from_peak,
-                scale,
-                self.v_axis.even,
-            ),
+            speed,
+            extent: self.v_warp.extent(speed, count),
+            u_warp,
         }
     }
 
     /// The tap of a row at `at`: (i + 1/2) / count for tap i.
     #[inline(always)]
     pub fn tap(&self, row: &ImageRow<T>, at: T, count: T) -> ImageTap<T> {
-        let like = at;
-        let one = like.constant(1.0);
-        let (u, speed) = row.u_axis.tap(at);
-        let extent = (speed / count).min(one);
+        let zero = at.constant(0.0);
+        let (u, speed) = row.u_warp.tap(at);
         let ImageFrame {
             corner,
             edge_u,
             edge_v,
         } = self.frame;
         let place = edge_u.mul_add(u, edge_v.mul_add(row.v, corner));
-        let nearness = self.peak_squared / place.dot(place).max(like.constant(1e-30));
-        // Height in the middle, and half of what it varies over the tap.
-        let height = |heights: Vec3<T>| {
-            let middle = heights.y.mul_add(u, heights.z.mul_add(row.v, heights.x));
-            let varies = heights.y.abs() * extent + heights.z.abs() * row.extent;
-            (
-                middle,
-                varies.mul_add(like.constant(0.5), like.constant(1e-12)),
-            )
-        };
-        let least = like.constant(LEAST_SHARE);
-        let above = |heights: Vec3<T>| {
-            let (middle, varies) = height(heights);
-            let half = like.constant(0.5);
-            (middle / varies).mul_add(half, half).max(least).min(one)
-        };
+        let nearness = self.peak_squared / place.dot(place).max(at.constant(1e-30));
         let weight = match self.weight {
             ImageWeight::Cosine => {
-                let (middle, varies) = height(self.heights);
-                let share = (middle / varies).max(least).min(one);
-                let cosine = T::select(share.lt(one), share * share * varies, middle);
-                cosine * above(self.cut) * nearness * nearness
+                let heights = self.heights;
+                let height = heights.y.mul_add(u, heights.z.mul_add(row.v, heights.x));
+                height.max(zero) * nearness * nearness
             }
-            ImageWeight::SolidAngle => above(self.cut) * nearness * nearness.sqrt(),
+            ImageWeight::SolidAngle => nearness * nearness.sqrt(),
             ImageWeight::Projection(axis) => {
-                let tiny = like.constant(1e-3);
+                let tiny = at.constant(1e-3);
                 let depth = self.peak_squared.sqrt() / axis.dot(place).max(tiny);
-                above(self.cut) * depth * depth * depth
+                depth * depth * depth
             }
         };
         ImageTap {
             u,
             v: row.v,
-            extent_u: extent,
+            extent_u: row.u_warp.extent(speed, count),
             extent_v: row.extent,
-            weight: weight * row.share * speed,
+            weight: weight * row.speed * speed,
         }
     }
 
@@ -310,10 +385,10 @@ fn look_up<T: Real>(pyramid: &ImagePyramid, tap: &ImageTap<T>) -> [T; 4] {
 }
 
 /// Level of a pyramid whose texels are half as wide as a tap that stands for so many of the largest
-/// level's.
+/// level's; unequal sides count by their root mean square.
 #[inline(always)]
 pub(crate) fn image_level(width: f32, height: f32) -> f32 {
-    log2(width.max(height)) - 1.0
+    0.5 * log2(width * width + height * height) - 1.5
 }
 
 /// Base 2 logarithm to within 0.01, for numbers from 2^-126: levels are blended in any case.

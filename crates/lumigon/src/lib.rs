@@ -12,7 +12,7 @@
 //! | [`irradiance_bound`], [`ltc_form_factor_bound`] | what these are at most |
 //!
 //! and the approximations that stand beside them: [`projected_area`], [`light_direction`],
-//! [`reflected_inclusion`]. [`DiffuseMethod`] and [`SpecularMethod`] name them as data.
+//! [`reflected_inclusion`], [`reflected_distance`]. [`DiffuseMethod`] and [`SpecularMethod`] name them as data.
 //!
 //! The reflection models that lobes are fitted to can be evaluated themselves, for light from one
 //! direction: [`ggx_cosine`], [`ggx_anisotropic_cosine`], [`charlie_cosine`] and [`eon_cosine`].
@@ -42,6 +42,7 @@ mod bound;
 mod charlie;
 mod clip;
 mod coverage;
+mod distance_field;
 mod eon;
 mod ggx;
 mod image_lookup;
@@ -66,6 +67,11 @@ mod vec3;
 pub use anisotropic_ltc::AnisotropicLtc;
 pub use bound::{irradiance_bound, ltc_density_bound, ltc_form_factor_bound};
 pub use charlie::{MINIMUM_SHEEN_ALPHA, charlie_cosine};
+pub use distance_field::{
+    DistanceField, DistanceFieldError, DistanceFieldSettings, DistanceFieldSmoothness,
+    DistanceFields, FieldPlacement, MAXIMUM_FIELD_RESOLUTION, MINIMUM_FIELD_RESOLUTION,
+    PlacedDistanceField, check_budget, distance_field_smoothness, field_shapes, reflected_distance,
+};
 pub use eon::{
     eon_albedo, eon_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_albedo,
     eon_single_cosine,

@@ -114,6 +114,8 @@ pub trait Scalar: Real<Scalar = Self, Mask = bool> + PartialOrd + Default + Debu
     fn from_f64(value: f64) -> Self;
     /// The value as f64, exactly for f32 and f64.
     fn to_f64(self) -> f64;
+    /// `self` to the power of `exponent`; NaN for negative numbers.
+    fn powf(self, exponent: Self) -> Self;
     /// Distance from 1 to the next number.
     #[inline(always)]
     fn epsilon() -> Self {
@@ -131,6 +133,10 @@ impl Scalar for f32 {
         f64::from(self)
     }
     #[inline(always)]
+    fn powf(self, exponent: f32) -> f32 {
+        power::f32(self, exponent)
+    }
+    #[inline(always)]
     fn epsilon() -> f32 {
         f32::EPSILON
     }
@@ -144,6 +150,10 @@ impl Scalar for f64 {
     #[inline(always)]
     fn to_f64(self) -> f64 {
         self
+    }
+    #[inline(always)]
+    fn powf(self, exponent: f64) -> f64 {
+        power::f64(self, exponent)
     }
 }
 
@@ -249,6 +259,24 @@ mod square_root {
         return x.sqrt();
         #[cfg(not(feature = "std"))]
         return libm::sqrt(x);
+    }
+}
+
+/// The standard library's own power where there is one.
+mod power {
+    #[inline(always)]
+    pub(super) fn f32(x: f32, exponent: f32) -> f32 {
+        #[cfg(feature = "std")]
+        return x.powf(exponent);
+        #[cfg(not(feature = "std"))]
+        return libm::powf(x, exponent);
+    }
+    #[inline(always)]
+    pub(super) fn f64(x: f64, exponent: f64) -> f64 {
+        #[cfg(feature = "std")]
+        return x.powf(exponent);
+        #[cfg(not(feature = "std"))]
+        return libm::pow(x, exponent);
     }
 }
 

@@ -1,5 +1,6 @@
 //! The choice of methods, as data: every backend and every comparison takes these.
 
+use crate::distance_field::{DistanceFieldSettings, DistanceFieldSmoothness};
 use crate::irradiance::{irradiance, light_vector};
 use crate::light_direction::{circle_occlusion, light_direction};
 use crate::polygon::PolygonLight;
@@ -48,6 +49,14 @@ pub enum SpecularMethod {
     },
     /// The mirrored view ray's inclusion in the polygon; every surface a mirror.
     ReflectedInclusion(InclusionRule),
+    /// The distance from the polygon at which the mirrored view ray meets its plane, read from a baked
+    /// field: reflections that are smooth on rough surfaces, at a cost that no outline changes.
+    ReflectedDistanceField {
+        /// How fields are baked.
+        field: DistanceFieldSettings,
+        /// How fast reflections fade with the distance.
+        smoothness: DistanceFieldSmoothness,
+    },
     /// The BRDF along the light vector.
     LightVector,
     /// No specular light.

@@ -109,4 +109,7 @@ impl Scalar for Counted {
     fn to_f64(self) -> f64 {
         self.0.into()
     }
+    fn powf(self, exponent: Self) -> Self {
+        count(self.0.powf(exponent.0))
+    }
 }

@@ -1,7 +1,8 @@
 //! What is compared: every method with its words and its source.
 
 use lumigon::{
-    DiffuseMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
+    DiffuseMethod, DistanceFieldSettings, DistanceFieldSmoothness, ImageMethod, InclusionRule,
+    LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
 };
 use lumigon_renderer::{Pixels, Rendering, Scene};
 use serde::Serialize;
@@ -72,6 +73,8 @@ pub(super) struct Method {
     pub(super) diffuse: DiffuseMethod,
     /// How specular light is computed meanwhile.
     pub(super) specular: SpecularMethod,
+    /// How the images on lights are averaged meanwhile.
+    pub(super) images: ImageMethod,
     /// What it does, in plain words.
     pub(super) words: &'static str,
     /// Where it was published.
@@ -91,6 +94,8 @@ const PETRYAEV: &str =
 const HEITZ: &str = "E. Heitz, J. Dupuy, S. Hill and D. Neubelt, Real-Time Polygonal-Light \
     Shading with Linearly Transformed Cosines, ACM TOG 35(4), 2016";
 
+const QUADRATURE: &str = "lumigon's own: a product rule at even steps of the weight";
+
 /// The path tracer's words.
 pub(super) const REFERENCE_WORDS: &str = "Path traced in double precision: light paths sampled from the \
     lights and from the surfaces, both weighted by multiple importance sampling. It shares no \
@@ -99,21 +104,71 @@ pub(super) const REFERENCE_WORDS: &str = "Path traced in double precision: light
 pub(super) const REFERENCE_SOURCE: &str = "E. Veach and L. J. Guibas, Optimally Combining Sampling \
     Techniques for Monte Carlo Rendering, SIGGRAPH 1995";
 
-/// Every method that is compared. `bias` is the biased projection's, in scene units.
-pub(super) fn methods(bias: f64) -> Vec<Method> {
+/// Every method that is compared. `bias` is the biased projection's, in scene units; `images`: lights
+/// have images, to be averaged in every way.
+pub(super) fn methods(bias: f64, images: bool) -> Vec<Method> {
     let mut methods = vec![Method {
         id: "exact-ltc",
         title: "Exact diffuse + LTC specular",
         part: Part::Radiance,
         diffuse: DiffuseMethod::default(),
         specular: SpecularMethod::default(),
+        images: ImageMethod::default(),
         words: "What lumigon renders by default: the exact diffuse integral and linearly \
             transformed cosines. There is no noise, and there are no shadows.",
         source: "The two methods below",
     }];
+    if images {
+        methods.extend(image_methods());
+    }
     methods.extend(diffuse_methods(bias));
     methods.extend(specular_methods());
     methods
+}
+
+fn image_methods() -> impl Iterator<Item = Method> {
+    let rows = [
+        (
+            "images-lookup",
+            "Exact + LTC, images by one lookup",
+            ImageMethod::Lookup,
+            "Common practice: the image is blurred to levels beforehand, and one is looked up where the \
+             light vector meets the light.",
+            HEITZ,
+        ),
+        (
+            "images-1x1",
+            "Exact + LTC, images by 1 x 1 tap",
+            ImageMethod::Quadrature { taps: 1 },
+            "One tap where the image's weight is, as wide as the weight.",
+            QUADRATURE,
+        ),
+        (
+            "images-3x3",
+            "Exact + LTC, images by 3 x 3 taps",
+            ImageMethod::Quadrature { taps: 3 },
+            "Nine taps instead of the default's four.",
+            QUADRATURE,
+        ),
+        (
+            "images-4x4",
+            "Exact + LTC, images by 4 x 4 taps",
+            ImageMethod::Quadrature { taps: 4 },
+            "Sixteen taps instead of the default's four.",
+            QUADRATURE,
+        ),
+    ];
+    rows.into_iter()
+        .map(|(id, title, images, words, source)| Method {
+            id,
+            title,
+            part: Part::Radiance,
+            diffuse: DiffuseMethod::default(),
+            specular: SpecularMethod::default(),
+            images,
+            words,
+            source,
+        })
 }
 
 fn diffuse_methods(bias: f64) -> Vec<Method> {
@@ -222,6 +277,7 @@ fn diffuse_methods(bias: f64) -> Vec<Method> {
             part: Part::Diffuse,
             diffuse,
             specular: SpecularMethod::None,
+            images: ImageMethod::default(),
             words,
             source,
         })
@@ -272,6 +328,17 @@ fn specular_methods() -> Vec<Method> {
              cross themselves both agree.",
             PETRYAEV,
         ),
+        (
+            "reflected-distance",
+            "Reflected ray, distance field",
+            SpecularMethod::ReflectedDistanceField {
+                field: DistanceFieldSettings::default(),
+                smoothness: DistanceFieldSmoothness::default(),
+            },
+            "The mirrored view ray meets the polygon's plane some way from the polygon: the nearer, \
+             the brighter. The distance is baked once, and smoothed as the reflection's lobe widens.",
+            PETRYAEV,
+        ),
     ];
     rows.into_iter()
         .map(|(id, title, specular, words, source)| Method {
@@ -280,6 +347,7 @@ fn specular_methods() -> Vec<Method> {
             part: Part::Specular,
             diffuse: DiffuseMethod::default(),
             specular,
+            images: ImageMethod::default(),
             words,
             source,
         })
@@ -312,12 +380,12 @@ mod tests {
 
     #[test]
     fn every_method_has_its_own_name_and_place() {
-        let methods = methods(0.25);
+        let methods = methods(0.25, true);
         let ids: BTreeSet<_> = methods.iter().map(|m| m.id).collect();
         assert_eq!(ids.len(), methods.len());
         let choices: BTreeSet<_> = methods
             .iter()
-            .map(|m| format!("{:?} {:?}", m.diffuse, m.specular))
+            .map(|m| format!("{:?} {:?} {:?}", m.diffuse, m.specular, m.images))
             .collect();
         // "Exact + LTC" and "LTC" are one rendering, judged by different parts.
         assert_eq!(choices.len(), methods.len() - 1);

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use image::RgbImage;
-use lumigon::{DiffuseMethod, SpecularMethod};
+use lumigon::SpecularMethod;
 use lumigon_renderer::{
     Camera, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings, Scene,
     Watch, srgb8, write_exr,
@@ -44,7 +44,11 @@ pub(super) fn fill(
     interrupt: &Interrupt,
 ) -> Result<(), CompareError> {
     let bias = command.bias.unwrap_or_else(|| default_bias(&scene));
-    let methods = methods(bias);
+    let images = scene
+        .polygon_lights
+        .iter()
+        .any(|light| light.image.is_some());
+    let methods = methods(bias, images);
     let lights = std::mem::take(&mut scene.polygon_lights);
     let unlit = scene.clone();
     scene.polygon_lights = lights;
@@ -153,13 +157,22 @@ impl Session<'_> {
         })
     }
 
-    fn settings(&self, diffuse: DiffuseMethod, specular: SpecularMethod) -> RenderSettings {
+    fn settings(&self, method: &Method) -> RenderSettings {
+        RenderSettings {
+            diffuse: method.diffuse,
+            specular: method.specular,
+            image_method: method.images,
+            ..self.unlit_settings()
+        }
+    }
+
+    /// Without lights nothing is diffuse or specular; the picture is as large.
+    fn unlit_settings(&self) -> RenderSettings {
         RenderSettings {
             width: self.command.size.width,
             height: self.command.size.height,
             samples: self.command.samples,
-            diffuse,
-            specular,
+            specular: SpecularMethod::None,
             ..RenderSettings::default()
         }
     }
@@ -198,7 +211,7 @@ impl Session<'_> {
             progress: &|_, _| {},
             cancelled: self.interrupt.flag(),
         };
-        let unlit_settings = self.settings(DiffuseMethod::default(), SpecularMethod::None);
+        let unlit_settings = self.unlit_settings();
         let mut unlit = Stopwatch::default();
         let mut round = 0;
         while unlit.wants_more() || stopwatches.iter().any(Stopwatch::wants_more) {
@@ -210,7 +223,7 @@ impl Session<'_> {
             }
             for (method, stopwatch) in methods.iter().zip(&mut *stopwatches) {
                 if stopwatch.wants_more() {
-                    let settings = self.settings(method.diffuse, method.specular);
+                    let settings = self.settings(method);
                     stopwatch.measure(|| self.renderer.render(self.camera, &settings, watch))?;
                 }
             }
@@ -289,7 +302,7 @@ impl<'a> Comparison<'a> {
     /// Renders one method, and compares it.
     fn measure(&mut self, method: &Method, stopwatch: &mut Stopwatch) -> Result<(), CompareError> {
         let session = self.session;
-        let settings = session.settings(method.diffuse, method.specular);
+        let settings = session.settings(method);
         let rendering = session.watched(method.title, |watch| {
             stopwatch.measure(|| session.renderer.render(session.camera, &settings, watch))
         })?;

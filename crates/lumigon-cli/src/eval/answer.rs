@@ -3,9 +3,10 @@
 use std::sync::LazyLock;
 
 use lumigon::{
-    AnisotropicLtc, AnisotropicLtcTable, Ltc, LtcSum, LtcTable, MINIMUM_SHEEN_ALPHA, PolygonLight,
-    PreparedLtc, Scalar, Sides, Vec3, form_factor, irradiance, light_vector, ltc_form_factor,
-    projected_area, solid_angle,
+    AnisotropicLtc, AnisotropicLtcTable, DiffuseMethod, ImageMethod, LightImage, LocalOcclusion,
+    Ltc, LtcSum, LtcTable, MINIMUM_SHEEN_ALPHA, PolygonLight, PreparedLtc, Scalar, Sides, Vec3,
+    form_factor, irradiance, light_vector, ltc_form_factor, ltc_mean_image, projected_area,
+    solid_angle,
 };
 use lumigon_reference::{Polygon, Tolerance};
 use serde::Serialize;
@@ -50,8 +51,23 @@ impl Number {
 pub enum Value {
     /// One number.
     Scalar(Number),
-    /// A vector in the frame of the question.
+    /// A vector in the frame of the question, or linear RGB.
     Vector([Number; 3]),
+}
+
+impl<N: Into<Number>> From<N> for Value {
+    fn from(number: N) -> Self {
+        Self::Scalar(number.into())
+    }
+}
+
+impl Value {
+    fn is_finite(self) -> bool {
+        match self {
+            Self::Scalar(number) => number.is_finite(),
+            Self::Vector(numbers) => numbers.into_iter().all(Number::is_finite),
+        }
+    }
 }
 
 /// The answer to one question.
@@ -61,34 +77,30 @@ pub struct Answer {
     pub value: Value,
     /// The same weighted by Schlick's (1 - h.v)^5, for quantities that have it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub schlick: Option<Number>,
+    pub schlick: Option<Value>,
     /// Light scattered more than once, for a multiple-scattering albedo of 1; the value is that of
     /// light scattered once by a white surface.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub multiple: Option<Number>,
+    pub multiple: Option<Value>,
 }
 
 impl Answer {
-    fn new(value: Value) -> Self {
+    fn new(value: impl Into<Value>) -> Self {
         Self {
-            value,
+            value: value.into(),
             schlick: None,
             multiple: None,
         }
     }
 
-    fn scalar(value: impl Into<Number>) -> Self {
-        Self::new(Value::Scalar(value.into()))
-    }
-
-    fn with_schlick(self, schlick: impl Into<Number>) -> Self {
+    fn with_schlick(self, schlick: impl Into<Value>) -> Self {
         Self {
             schlick: Some(schlick.into()),
             ..self
         }
     }
 
-    fn with_multiple(self, multiple: impl Into<Number>) -> Self {
+    fn with_multiple(self, multiple: impl Into<Value>) -> Self {
         Self {
             multiple: Some(multiple.into()),
             ..self
@@ -96,12 +108,8 @@ impl Answer {
     }
 
     fn is_finite(&self) -> bool {
-        let value = match self.value {
-            Value::Scalar(number) => number.is_finite(),
-            Value::Vector(numbers) => numbers.into_iter().all(Number::is_finite),
-        };
-        let mut others = [self.schlick, self.multiple].into_iter().flatten();
-        value && others.all(Number::is_finite)
+        let values = [Some(self.value), self.schlick, self.multiple];
+        values.into_iter().flatten().all(Value::is_finite)
     }
 }
 
@@ -121,7 +129,7 @@ pub fn answer(line: &str, precision: Precision) -> Result<Answer, QuestionError>
             let light = PolygonLight::new(&question.loops, sides)?;
             match precision {
                 Precision::F64 => closed_form::<f64>(&question, &light)?,
-                Precision::F32 => closed_form::<f32>(&question, &light.cast()?)?,
+                Precision::F32 => closed_form::<f32>(&question, &light)?,
             }
         }
     };
@@ -149,10 +157,42 @@ pub(super) fn write(answer: &Result<Answer, QuestionError>, out: &mut Vec<u8>) {
     written.expect("numbers and strings can be written to memory");
 }
 
+/// What a light shows, if it is not uniform.
+struct Shown<S> {
+    image: Option<LightImage<S>>,
+    method: ImageMethod,
+}
+
+impl<S: Scalar + Into<Number>> Shown<S> {
+    fn new(question: &Question, light: &PolygonLight<f64>) -> Result<Self, QuestionError> {
+        let texture = question.texture.as_ref();
+        Ok(Self {
+            image: texture.map(|texture| texture.image(light)).transpose()?,
+            method: texture.map_or_else(ImageMethod::default, |texture| texture.method()),
+        })
+    }
+
+    /// The mean colour by a method; white without an image.
+    fn mean(&self, mean: impl FnOnce(&LightImage<S>, ImageMethod) -> [S; 3]) -> [S; 3] {
+        let image = self.image.as_ref();
+        image.map_or([S::from_f64(1.0); 3], |image| mean(image, self.method))
+    }
+
+    /// A colour with an image, a number without.
+    fn value(&self, color: [S; 3]) -> Value {
+        match self.image {
+            Some(_) => Value::Vector(color.map(Into::into)),
+            None => color[0].into().into(),
+        }
+    }
+}
+
 fn closed_form<S: Scalar + Into<Number>>(
     question: &Question,
-    light: &PolygonLight<S>,
+    light: &PolygonLight<f64>,
 ) -> Result<Answer, QuestionError> {
+    let shown = Shown::<S>::new(question, light)?;
+    let light = &light.cast::<S>()?;
     let point = vector::<S>(question.point);
     for (coordinate, value) in <[S; 3]>::from(point).into_iter().zip(question.point) {
         if !coordinate.to_f64().is_finite() {
@@ -164,21 +204,38 @@ fn closed_form<S: Scalar + Into<Number>>(
         }
     }
     let normal = || question.normal().map(vector);
+    let weighted = |value: S, normal, method: DiffuseMethod| {
+        let mean =
+            shown.mean(|image, images| method.mean_image(light, image, point, normal, images));
+        Answer::new(shown.value(mean.map(|channel| value * channel)))
+    };
     Ok(match question.quantity {
-        Quantity::Irradiance => Answer::scalar(irradiance(light, point, normal()?)),
-        Quantity::FormFactor => Answer::scalar(form_factor(light, point, normal()?)),
+        Quantity::Irradiance => {
+            let value = irradiance(light, point, normal()?);
+            weighted(value, normal()?, DiffuseMethod::default())
+        }
+        Quantity::FormFactor => {
+            let value = form_factor(light, point, normal()?);
+            weighted(value, normal()?, DiffuseMethod::default())
+        }
+        Quantity::LightVector if shown.image.is_some() => return Err(QuestionError::NoTexture),
         Quantity::LightVector => Answer::new(Value::Vector(
             <[S; 3]>::from(light_vector(light, point)).map(Into::into),
         )),
-        Quantity::SolidAngle => Answer::scalar(solid_angle(light, point)),
-        Quantity::ProjectedArea => Answer::scalar(projected_area(
-            light,
-            point,
-            normal()?,
-            question.basis()?,
-            question.occlusion.into(),
-        )),
-        Quantity::Ltc => ltc(question, light, point)?,
+        Quantity::SolidAngle => {
+            // No horizon: any normal does.
+            let up = Vec3::from([0.0, 0.0, 1.0].map(S::from_f64));
+            let occlusion = LocalOcclusion::Circle;
+            let whole = DiffuseMethod::LightVector { occlusion };
+            weighted(solid_angle(light, point), up, whole)
+        }
+        Quantity::ProjectedArea => {
+            let (basis, occlusion) = (question.basis()?, question.occlusion.into());
+            let value = projected_area(light, point, normal()?, basis, occlusion);
+            let by_area = DiffuseMethod::ProjectedArea { basis, occlusion };
+            weighted(value, normal()?, by_area)
+        }
+        Quantity::Ltc => ltc(question, light, &shown, point)?,
         Quantity::Ggx | Quantity::GgxAnisotropic | Quantity::Charlie | Quantity::Eon => {
             unreachable!("answered by cubature")
         }
@@ -189,6 +246,7 @@ fn closed_form<S: Scalar + Into<Number>>(
 fn ltc<S: Scalar + Into<Number>>(
     question: &Question,
     light: &PolygonLight<S>,
+    shown: &Shown<S>,
     point: Vec3<S>,
 ) -> Result<Answer, QuestionError> {
     static GGX: LazyLock<LtcTable<1>> = LazyLock::new(LtcTable::ggx);
@@ -197,33 +255,33 @@ fn ltc<S: Scalar + Into<Number>>(
     static CHARLIE: LazyLock<LtcTable<1>> = LazyLock::new(LtcTable::charlie);
     static EON: LazyLock<LtcTable<1>> = LazyLock::new(LtcTable::eon);
 
-    let seen = Seen::new(question, light, point)?;
+    let seen = Seen::new(question, light, shown, point)?;
     let cosine = seen.cosine();
     Ok(match question.table()? {
         TableName::Ggx => {
             let perceptual_roughness = question.perceptual_roughness()? as f32;
             let [value, schlick] = seen.sum(&GGX.lookup(perceptual_roughness, cosine));
-            Answer::scalar(value).with_schlick(schlick)
+            Answer::new(value).with_schlick(schlick)
         }
         TableName::Ggx2 => {
             let perceptual_roughness = question.perceptual_roughness()? as f32;
             let [value, schlick] = seen.sum(&GGX_2.lookup(perceptual_roughness, cosine));
-            Answer::scalar(value).with_schlick(schlick)
+            Answer::new(value).with_schlick(schlick)
         }
         TableName::GgxAnisotropic => {
             let tangent = question.tangent()?;
             let alphas = question.alphas()?.map(|alpha| alpha as f32);
             let [value, schlick] = seen.anisotropic(&ANISOTROPIC, alphas, tangent);
-            Answer::scalar(value).with_schlick(schlick)
+            Answer::new(value).with_schlick(schlick)
         }
         TableName::Charlie => {
             let perceptual_roughness = question.sheen_perceptual_roughness()? as f32;
-            Answer::scalar(seen.sum(&CHARLIE.lookup(perceptual_roughness, cosine))[0])
+            Answer::new(seen.sum(&CHARLIE.lookup(perceptual_roughness, cosine))[0])
         }
         TableName::Eon => {
             let diffuse_roughness = question.diffuse_roughness()? as f32;
             let [single, multiple] = seen.sum(&EON.lookup(diffuse_roughness, cosine));
-            Answer::scalar(single).with_multiple(multiple)
+            Answer::new(single).with_multiple(multiple)
         }
     })
 }
@@ -231,19 +289,22 @@ fn ltc<S: Scalar + Into<Number>>(
 /// A light at a point of a surface that somebody looks at.
 struct Seen<'a, S> {
     light: &'a PolygonLight<S>,
+    shown: &'a Shown<S>,
     point: Vec3<S>,
     normal: [f64; 3],
     view: [f64; 3],
 }
 
-impl<'a, S: Scalar> Seen<'a, S> {
+impl<'a, S: Scalar + Into<Number>> Seen<'a, S> {
     fn new(
         question: &Question,
         light: &'a PolygonLight<S>,
+        shown: &'a Shown<S>,
         point: Vec3<S>,
     ) -> Result<Self, QuestionError> {
         Ok(Self {
             light,
+            shown,
             point,
             normal: question.normal()?,
             view: question.view()?,
@@ -254,17 +315,22 @@ impl<'a, S: Scalar> Seen<'a, S> {
         Vec3::from(self.normal).dot(Vec3::from(self.view)) as f32
     }
 
-    fn form_factor(&self, lobe: &PreparedLtc<S>) -> S {
+    /// By channel of what the light shows.
+    fn form_factor(&self, lobe: &PreparedLtc<S>) -> [S; 3] {
         // From below its horizon nobody sees a surface; the tables end there.
-        match self.cosine() > 0.0 {
-            true => ltc_form_factor(self.light, self.point, lobe),
-            false => S::from_f64(0.0),
+        if self.cosine() <= 0.0 {
+            return [S::from_f64(0.0); 3];
         }
+        let form_factor = ltc_form_factor(self.light, self.point, lobe);
+        let mean = self
+            .shown
+            .mean(|image, images| ltc_mean_image(self.light, image, self.point, lobe, images));
+        mean.map(|channel| form_factor * channel)
     }
 
     /// Response and weighted response.
-    fn sum<const LOBES: usize>(&self, sum: &LtcSum<LOBES>) -> [S; 2] {
-        let mut response = [S::from_f64(0.0); 2];
+    fn sum<const LOBES: usize>(&self, sum: &LtcSum<LOBES>) -> [Value; 2] {
+        let mut response = [[S::from_f64(0.0); 3]; 2];
         for lobe in sum.iter() {
             let lobe = Ltc {
                 shading_to_cosine: lobe.shading_to_cosine.map(wide),
@@ -272,11 +338,12 @@ impl<'a, S: Scalar> Seen<'a, S> {
                 schlick: wide(lobe.schlick),
             };
             let prepared = PreparedLtc::new(&lobe, vector(self.normal), vector(self.view));
-            let form_factor = self.form_factor(&prepared);
-            response[0] += lobe.amplitude * form_factor;
-            response[1] += lobe.schlick * form_factor;
+            for (channel, form_factor) in self.form_factor(&prepared).into_iter().enumerate() {
+                response[0][channel] += lobe.amplitude * form_factor;
+                response[1][channel] += lobe.schlick * form_factor;
+            }
         }
-        response
+        response.map(|color| self.shown.value(color))
     }
 
     /// The same for two widths, along and across the tangent.
@@ -285,7 +352,7 @@ impl<'a, S: Scalar> Seen<'a, S> {
         table: &AnisotropicLtcTable,
         alphas: [f32; 2],
         tangent: [f64; 3],
-    ) -> [S; 2] {
+    ) -> [Value; 2] {
         let [normal, view, tangent] = [self.normal, self.view, tangent].map(Vec3::from);
         let bitangent = normal.cross(tangent);
         let local = [tangent, bitangent, normal].map(|axis| axis.dot(view) as f32);
@@ -298,7 +365,10 @@ impl<'a, S: Scalar> Seen<'a, S> {
         let [tangent, bitangent, normal] =
             [tangent, bitangent, normal].map(|axis| vector(axis.into()));
         let form_factor = self.form_factor(&lobe.prepare(tangent, bitangent, normal));
-        [lobe.amplitude * form_factor, lobe.schlick * form_factor]
+        [lobe.amplitude, lobe.schlick].map(|weight| {
+            self.shown
+                .value(form_factor.map(|channel| weight * channel))
+        })
     }
 }
 
@@ -314,13 +384,20 @@ fn vector<S: Scalar>(v: [f64; 3]) -> Vec3<S> {
 fn cubature(question: &Question) -> Result<Option<Answer>, QuestionError> {
     let light = || Polygon::new(&question.loops, question.two_sided);
     let (point, tolerance) = (question.point, Tolerance::default());
+    let is_brdf = matches!(
+        question.quantity,
+        Quantity::Ggx | Quantity::GgxAnisotropic | Quantity::Charlie | Quantity::Eon
+    );
+    if is_brdf && question.texture.is_some() {
+        return Err(QuestionError::NoTexture);
+    }
     Ok(Some(match question.quantity {
         Quantity::Ggx => {
             let (normal, view) = (question.normal()?, question.view()?);
             let alpha = question.alpha()?;
             let integral =
                 lumigon_reference::ggx(&light()?, point, normal, view, alpha, tolerance)?;
-            Answer::scalar(integral.value).with_schlick(integral.schlick)
+            Answer::new(integral.value).with_schlick(integral.schlick)
         }
         Quantity::GgxAnisotropic => {
             let (normal, view) = (question.normal()?, question.view()?);
@@ -334,7 +411,7 @@ fn cubature(question: &Question) -> Result<Option<Answer>, QuestionError> {
                 alphas,
                 tolerance,
             )?;
-            Answer::scalar(integral.value).with_schlick(integral.schlick)
+            Answer::new(integral.value).with_schlick(integral.schlick)
         }
         Quantity::Charlie => {
             let (normal, view) = (question.normal()?, question.view()?);
@@ -342,14 +419,14 @@ fn cubature(question: &Question) -> Result<Option<Answer>, QuestionError> {
             let alpha = (perceptual_roughness * perceptual_roughness).max(MINIMUM_SHEEN_ALPHA);
             let integral =
                 lumigon_reference::charlie(&light()?, point, normal, view, alpha, tolerance)?;
-            Answer::scalar(integral.value)
+            Answer::new(integral.value)
         }
         Quantity::Eon => {
             let (normal, view) = (question.normal()?, question.view()?);
             let roughness = question.diffuse_roughness()?;
             let integral =
                 lumigon_reference::eon(&light()?, point, normal, view, roughness, tolerance)?;
-            Answer::scalar(integral.single).with_multiple(integral.multiple)
+            Answer::new(integral.single).with_multiple(integral.multiple)
         }
         _ => return Ok(None),
     }))
@@ -449,6 +526,71 @@ mod tests {
             assert!(answer.starts_with(r#"{"error":""#), "{answer}");
             assert!(answer.contains(expected), "{answer}");
         }
+    }
+
+    #[test]
+    fn textures_colour_every_quantity() {
+        let frame = r#""corner":[-1,1,-1],"edge_u":[2,0,0],"edge_v":[0,0,2]"#;
+        // Red grows along x, green along z, blue is everywhere.
+        let texels: Vec<Vec<[f64; 3]>> = (0..8)
+            .map(|j| {
+                (0..8)
+                    .map(|i| [f64::from(i) + 0.5, f64::from(j) + 0.5, 4.0])
+                    .collect()
+            })
+            .collect();
+        let texels = serde_json::to_string(&texels).unwrap();
+        for method in ["lookup", "1x1", "2x2", "3x3", "4x4"] {
+            let texture = format!(r#""texture":{{"texels":{texels},{frame},"method":"{method}"}}"#);
+            let surface = r#""normal":[0,1,0],"view":[0,1,0],"perceptual_roughness":0.6"#;
+            for quantity in [
+                r#""quantity":"irradiance""#,
+                r#""quantity":"form_factor""#,
+                r#""quantity":"solid_angle""#,
+                r#""quantity":"projected_area","basis":"optimal""#,
+                r#""quantity":"ltc""#,
+                r#""quantity":"ltc","table":"ggx-2""#,
+                r#""quantity":"ltc","table":"ggx-anisotropic","anisotropy_strength":0,"tangent":[1,0,0]"#,
+                r#""quantity":"ltc","table":"eon","diffuse_roughness":0.5"#,
+            ] {
+                let white = value(&format!("{surface},{quantity}"));
+                let shown = ask(&format!("{surface},{quantity},{texture}"));
+                let shown: serde_json::Value = serde_json::from_str(&shown).unwrap();
+                for channel in 0..3 {
+                    // Seen from below its middle, all are 4 on average.
+                    let found = shown["value"][channel].as_f64().unwrap();
+                    assert!(
+                        (found / white - 4.0).abs() < 5e-3,
+                        "{method} {quantity} {shown}"
+                    );
+                }
+            }
+        }
+        for (texture, expected) in [
+            (
+                format!(r#"{{"texels":[],{frame}}}"#),
+                "an image of 0 x 0 texels",
+            ),
+            (
+                format!(r#"{{"texels":[[[1,1,1],[1,1,1]],[[1,1,1]]],{frame}}}"#),
+                "row 1 has 1 texels, the first 2",
+            ),
+            (
+                format!(r#"{{"texels":[[[1,-1,1]]],{frame}}}"#),
+                "texel (0, 0) is -1",
+            ),
+            (
+                r#"{"texels":[[[1,1,1]]],"corner":[0,1,0],"edge_u":[1,0,0],"edge_v":[0,1,0]}"#
+                    .to_owned(),
+                "edges span no parallelogram",
+            ),
+        ] {
+            let rest = format!(r#""quantity":"irradiance","normal":[0,1,0],"texture":{texture}"#);
+            assert!(ask(&rest).contains(expected), "{}", ask(&rest));
+        }
+        let one = format!(r#""texture":{{"texels":[[[1,1,1]]],{frame}}}"#);
+        let refused = ask(&format!(r#""quantity":"light_vector",{one}"#));
+        assert!(refused.contains("leave the texture out"), "{refused}");
     }
 
     #[test]

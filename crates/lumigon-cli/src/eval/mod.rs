@@ -45,6 +45,10 @@ A question is one line:
   basis                 centroid, weighted, biased or optimal (projected_area)
   bias                  how far behind the point, 0.5 unless given (basis biased)
   occlusion             exact or circle, exact unless given (projected_area)
+  texture               what the light shows: {\"texels\":[[[r,g,b], ...], ...], rows of linear RGB,
+                        \"corner\":[x,y,z] of the first, \"edge_u\":[x,y,z] along the rows,
+                        \"edge_v\":[x,y,z] down the columns, \"method\": lookup, 1x1, 2x2, 3x3 or 4x4,
+                        2x2 unless given}; rows and columns are powers of two, and the value is RGB
 A BRDF, and ltc with its table, want their own numbers from 0 to 1:
   ggx                   perceptual_roughness, the square root of alpha
   ggx_anisotropic       the same, anisotropy_strength as in KHR_materials_anisotropy, and tangent,

@@ -1,9 +1,9 @@
 //! Questions: what a line asks, and why it cannot be answered.
 
-use lumigon::MINIMUM_ALPHA;
+use lumigon::{ImageMethod, LightImage, MINIMUM_ALPHA, PolygonLight, Scalar};
 use serde::Deserialize;
 
-use crate::method::{Basis, Occlusion};
+use crate::method::{Basis, Images, Occlusion};
 
 /// Directions may be this far from unit length; they are normalised.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -74,6 +74,53 @@ pub(super) struct Question {
     bias: Option<f64>,
     #[serde(default)]
     pub(super) occlusion: Occlusion,
+    #[serde(default)]
+    pub(super) texture: Option<Texture>,
+}
+
+/// What the light shows.
+#[derive(Debug, Deserialize)]
+pub(super) struct Texture {
+    /// Rows of linear RGB, the first at the corner.
+    texels: Vec<Vec<[f32; 3]>>,
+    /// Of the image's first texel.
+    corner: [f64; 3],
+    /// From there along the rows.
+    edge_u: [f64; 3],
+    /// From there down the columns.
+    edge_v: [f64; 3],
+    #[serde(default)]
+    method: Images,
+}
+
+impl Texture {
+    pub(super) fn method(&self) -> ImageMethod {
+        self.method.into()
+    }
+
+    /// The image, prepared.
+    pub(super) fn image<S: Scalar>(
+        &self,
+        light: &PolygonLight<f64>,
+    ) -> Result<LightImage<S>, QuestionError> {
+        let width = self.texels.first().map_or(0, Vec::len);
+        if let Some(row) = self.texels.iter().position(|row| row.len() != width) {
+            return Err(QuestionError::Ragged {
+                row,
+                count: self.texels[row].len(),
+                expected: width,
+            });
+        }
+        let side = |length| u32::try_from(length).unwrap_or(u32::MAX);
+        let size = [side(width), side(self.texels.len())];
+        let frame = [self.corner, self.edge_u, self.edge_v];
+        let mut image = LightImage::new(light, frame, size)?;
+        image.replace(&self.texels.concat())?;
+        if self.method() == ImageMethod::Lookup {
+            image.filter_gaussian_levels();
+        }
+        Ok(image)
+    }
 }
 
 /// Why a line cannot be answered.
@@ -132,6 +179,22 @@ pub enum QuestionError {
         /// What it may be.
         range: &'static str,
     },
+    /// A row of texels is shorter or longer than the first.
+    #[error("`texture`: row {row} has {count} texels, the first {expected}: give all as many")]
+    Ragged {
+        /// Which, from 0.
+        row: usize,
+        /// How many it has.
+        count: usize,
+        /// How many the first has.
+        expected: usize,
+    },
+    /// The texture is no image of this light.
+    #[error("`texture`: {0}")]
+    Texture(#[from] lumigon::LightImageError),
+    /// This quantity knows no textures.
+    #[error("`texture`: this quantity is that of a uniform light; leave the texture out")]
+    NoTexture,
     /// The loops are no polygon.
     #[error("`loops`: {0}")]
     Polygon(#[from] lumigon::PolygonError),

@@ -1,4 +1,5 @@
 mod layered;
+mod textured;
 
 use std::f64::consts::{FRAC_1_PI, PI};
 

@@ -202,7 +202,9 @@ impl Hits {
                     }
                 }
             }
-            SpecularMethod::ReflectedInclusion(_) | SpecularMethod::LightVector => {
+            SpecularMethod::ReflectedInclusion(_)
+            | SpecularMethod::ReflectedDistanceField { .. }
+            | SpecularMethod::LightVector => {
                 let coat = lobes.clearcoat.as_deref().map(|coat| (1, coat));
                 for (kind, lobe) in [(0, &lobes.specular)].into_iter().chain(coat) {
                     if lobe.f0 == Vec3::ZERO && lobe.f90 == Vec3::ZERO {

@@ -1,6 +1,7 @@
 //! The CPU backend: rays through a bounding volume hierarchy, tiles in parallel, SIMD over pixels.
 
 mod batch;
+mod distance_fields;
 mod fitted_lobes;
 mod geometry;
 mod hits;
@@ -13,17 +14,18 @@ mod shade;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lumigon::{ImageMethod, LightImage, Vec3 as LightVec3};
+use lumigon::{ImageMethod, LightImage, PlacedDistanceField, SpecularMethod, Vec3 as LightVec3};
 use lumigon_wgpu::Light;
 use rayon::prelude::*;
 
-use crate::prepared_lights::prepared_lights;
+use crate::prepared_lights::PreparedLights;
 use crate::render::{
     MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
     Rendering, Watch,
 };
 use crate::scene::{Camera, Scene};
 
+use distance_fields::FieldCache;
 use fitted_lobes::FittedLobes;
 use geometry::Geometry;
 use hits::{Hits, Wanted};
@@ -44,25 +46,56 @@ pub struct CpuRenderer<'a> {
     scene: &'a Scene,
     geometry: Geometry,
     lights: Vec<Light>,
-    /// The same, where images have the levels of the one lookup.
+    /// Their indices in the scene.
+    sources: Vec<usize>,
+    /// The same lights, where images have the levels of the one lookup.
     lookup_lights: OnceLock<Vec<Light>>,
     warnings: Vec<String>,
     fitted: FittedLobes,
+    fields: FieldCache,
 }
 
 impl<'a> CpuRenderer<'a> {
     /// Builds the hierarchy and prepares the lights.
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
-        let (lights, warnings) = prepared_lights(&scene.polygon_lights);
+        let PreparedLights {
+            lights,
+            sources,
+            warnings,
+        } = PreparedLights::new(&scene.polygon_lights, &scene.textures);
         Self {
             scene,
             geometry: Geometry::new(scene),
             lights,
+            sources,
             lookup_lights: OnceLock::new(),
             warnings,
             fitted: FittedLobes::new(),
+            fields: FieldCache::default(),
         }
+    }
+
+    /// Shows another picture on the light `light` of [`Scene::polygon_lights`], in place: linear RGB of
+    /// its [`EmissiveImage::size`](crate::EmissiveImage::size) cells, row by row, as
+    /// [`EmissiveImage::cells`](crate::EmissiveImage::cells) makes them. For video: what the light does is
+    /// replaced, not what is seen of its own faces, which
+    /// [`Scene::replace_light_image`](Scene::replace_light_image) replaces too.
+    ///
+    /// # Errors
+    /// Where there is no such light or it shows no picture, and where the colours are not one a cell,
+    /// finite and not negative; the light then shows what it did.
+    pub fn replace_light_image(
+        &mut self,
+        light: usize,
+        colors: &[[f32; 3]],
+    ) -> Result<(), RenderError> {
+        let place = self.sources.iter().position(|&source| source == light);
+        let image = place.and_then(|place| self.lights[place].image.as_mut());
+        let image = image.ok_or(RenderError::NoPicture { light })?;
+        image.replace(colors)?;
+        self.lookup_lights = OnceLock::new();
+        Ok(())
     }
 
     /// Lights whose outlines cannot be evaluated, and why: they light nothing.
@@ -74,7 +107,7 @@ impl<'a> CpuRenderer<'a> {
     /// Renders with closed forms: no noise, and no shadows.
     ///
     /// # Errors
-    /// Where a setting is out of range, or when cancelled.
+    /// Where a setting is out of range, when distance fields are over their budget, or when cancelled.
     pub fn render(
         &self,
         camera: &Camera,
@@ -84,6 +117,14 @@ impl<'a> CpuRenderer<'a> {
         check_size(settings.width, settings.height, settings.samples)?;
         let (width, height) = (settings.width, settings.height);
         let samples = pixel_samples(settings.samples);
+        let fields = match settings.specular {
+            SpecularMethod::ReflectedDistanceField { field, .. } => {
+                let budget = settings.distance_field_budget;
+                Some(self.fields.get(&self.lights, field, budget)?)
+            }
+            _ => None,
+        };
+        let fields: Vec<_> = fields.iter().flat_map(|fields| fields.iter()).collect();
         let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
         let total = u64::from(columns) * u64::from(rows);
         let done = AtomicU64::new(0);
@@ -95,7 +136,7 @@ impl<'a> CpuRenderer<'a> {
                 }
                 let (column, row) = (i % u64::from(columns), i / u64::from(columns));
                 let (x, y) = (column as u32 * TILE, row as u32 * TILE);
-                let tile = self.tile(camera, settings, &samples, [x, y], hits, watch)?;
+                let tile = self.tile(camera, settings, &samples, &fields, [x, y], hits, watch)?;
                 (watch.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
                 Some(tile)
             })
@@ -137,6 +178,7 @@ impl<'a> CpuRenderer<'a> {
         camera: &Camera,
         settings: &RenderSettings,
         samples: &[[f64; 2]],
+        fields: &[PlacedDistanceField<'_, f32>],
         [x, y]: [u32; 2],
         hits: &mut Hits,
         watch: Watch<'_>,
@@ -171,7 +213,7 @@ impl<'a> CpuRenderer<'a> {
                     }
                 }
             }
-            self.shade(hits, settings, share, &mut tile);
+            self.shade(hits, settings, fields, share, &mut tile);
         }
         Some(tile)
     }
@@ -191,13 +233,20 @@ impl<'a> CpuRenderer<'a> {
     }
 
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
-    fn shade(&self, hits: &Hits, settings: &RenderSettings, share: f32, tile: &mut Tile) {
+    fn shade(
+        &self,
+        hits: &Hits,
+        settings: &RenderSettings,
+        fields: &[PlacedDistanceField<'_, f32>],
+        share: f32,
+        tile: &mut Tile,
+    ) {
         let methods = shade::Methods {
             diffuse: settings.diffuse,
             specular: settings.specular,
             images: settings.image_method,
         };
-        let mut light = shade::polygons(hits, self.lights(settings.image_method), methods);
+        let mut light = shade::polygons(hits, self.lights(settings.image_method), fields, methods);
         for punctual in &self.scene.punctual_lights {
             shade::add_punctual(&mut light, hits, punctual, settings.specular);
         }

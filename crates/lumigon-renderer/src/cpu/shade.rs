@@ -3,9 +3,10 @@
 use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use lumigon::{
-    DiffuseMethod, ImageMethod, Lanes, LightImage, LocalOcclusion, Ltc, Mask, PreparedLtc, Real,
-    SpecularMethod, eon_multiple_cosine, eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine,
-    light_direction, ltc_form_factor, ltc_mean_image, reflected_image, reflected_inclusion,
+    DiffuseMethod, ImageMethod, Lanes, LightImage, LocalOcclusion, Ltc, Mask, PlacedDistanceField,
+    PreparedLtc, Real, SpecularMethod, eon_multiple_cosine, eon_single_cosine,
+    ggx_anisotropic_cosine, ggx_cosine, light_direction, ltc_form_factor, ltc_mean_image,
+    reflected_distance, reflected_image, reflected_inclusion,
 };
 use lumigon_wgpu::Light;
 
@@ -21,6 +22,10 @@ type Sums = [Vec<f32>; 3];
 /// Lights whose sum is rounded as one: single precision adds thousands only in parts.
 const LIGHTS_AT_ONCE: usize = 256;
 
+/// How much wider a lobe gets for each unit of its length, over alpha: as [`reflected_distance`] has
+/// it.
+const FIELD_SPREAD: f64 = 4.0;
+
 /// How light is computed.
 #[derive(Clone, Copy)]
 pub(super) struct Methods {
@@ -34,11 +39,18 @@ const BY_SOLID_ANGLE: DiffuseMethod = DiffuseMethod::LightVector {
     occlusion: LocalOcclusion::Exact,
 };
 
-/// What each hit scatters of all polygon lights.
-pub(super) fn polygons(hits: &Hits, lights: &[Light], methods: Methods) -> Vec<Scattered> {
+/// What each hit scatters of all polygon lights; `fields` are theirs, for the method that reads them.
+pub(super) fn polygons(
+    hits: &Hits,
+    lights: &[Light],
+    fields: &[PlacedDistanceField<'_, f32>],
+    methods: Methods,
+) -> Vec<Scattered> {
     let mut scattered = vec![Scattered::default(); hits.surfaces().len()];
+    let mut fields = fields.chunks(LIGHTS_AT_ONCE);
     for lights in lights.chunks(LIGHTS_AT_ONCE) {
-        add_polygons(&mut scattered, hits, lights, methods);
+        let fields = fields.next().unwrap_or_default();
+        add_polygons(&mut scattered, hits, lights, fields, methods);
     }
     scattered
 }
@@ -48,6 +60,7 @@ fn add_polygons(
     scattered: &mut [Scattered],
     hits: &Hits,
     lights: &[Light],
+    fields: &[PlacedDistanceField<'_, f32>],
     Methods {
         diffuse,
         specular,
@@ -99,7 +112,7 @@ fn add_polygons(
     let direct = isotropic.chain([(&hits.direct_anisotropic, true)]);
     for (direct, anisotropic) in direct.filter(|(batch, _)| !batch.is_empty()) {
         let [whole, schlick] = dispatch!(Level::new(), simd => {
-            responses(simd, direct, lights, specular, images, anisotropic)
+            responses(simd, direct, lights, fields, specular, images, anisotropic)
         });
         for (i, &(hit, [f0, f90])) in direct.entries().iter().enumerate() {
             let (whole, schlick) = (at(&whole, i), at(&schlick, i));
@@ -315,6 +328,7 @@ fn responses<S: Simd>(
     simd: S,
     lobes: &Batch<DIRECT, [Vec3; 2]>,
     lights: &[Light],
+    fields: &[PlacedDistanceField<'_, f32>],
     method: SpecularMethod,
     images: ImageMethod,
     anisotropic: bool,
@@ -345,6 +359,27 @@ fn responses<S: Simd>(
                         );
                         add(&mut whole, radiance, inside);
                         add(&mut schlick, radiance, inside * weight);
+                    }
+                }
+                SpecularMethod::ReflectedDistanceField { smoothness, .. } => {
+                    let weight = schlick_weight(normal.dot(view));
+                    // Distances have no direction: of two widths their mean.
+                    let alpha = lobes.lanes(simd, 12, start) * lobes.lanes(simd, 13, start);
+                    let alpha = alpha.sqrt();
+                    let spread = alpha * alpha.constant(FIELD_SPREAD);
+                    for (light, &field) in lights.iter().zip(fields) {
+                        let polygon = &light.polygon;
+                        let near = reflected_distance(
+                            polygon, field, point, normal, view, alpha, smoothness,
+                        );
+                        let radiance = radiance(
+                            light,
+                            near,
+                            #[inline(always)]
+                            |image| reflected_image(polygon, image, point, normal, view, spread),
+                        );
+                        add(&mut whole, radiance, near);
+                        add(&mut schlick, radiance, near * weight);
                     }
                 }
                 SpecularMethod::LightVector => {

@@ -10,8 +10,8 @@ use lumigon_wgpu::{
 
 use super::device::Gpu;
 use super::error::GpuError;
-use crate::prepared_lights::prepared_lights;
-use crate::scene::{EmissivePolygon, PunctualKind, PunctualLight};
+use crate::prepared_lights::PreparedLights;
+use crate::scene::{EmissivePolygon, PunctualKind, PunctualLight, Texture};
 
 /// Polygon lights with their tables, and lights without extent.
 pub(super) struct Lighting {
@@ -73,10 +73,11 @@ impl Lighting {
     pub(super) fn new(
         gpu: &Gpu,
         polygons: &[EmissivePolygon],
+        textures: &[Texture],
         punctual: &[PunctualLight],
     ) -> Result<Self, GpuError> {
         let (device, queue) = (gpu.device(), gpu.queue());
-        let (lights, warnings) = prepared(polygons);
+        let (lights, warnings) = prepared(polygons, textures);
         let buffers = LightBuffers::new(device, queue, &lights)?;
         let tables = Tables::new(device, queue, TableFormat::F32);
         let layout = lumigon_wgpu::bind_group_layout(device, wgpu::ShaderStages::COMPUTE);
@@ -113,9 +114,10 @@ impl Lighting {
         &mut self,
         gpu: &Gpu,
         polygons: &[EmissivePolygon],
+        textures: &[Texture],
     ) -> Result<bool, GpuError> {
         let (device, queue) = (gpu.device(), gpu.queue());
-        let (lights, warnings) = prepared(polygons);
+        let (lights, warnings) = prepared(polygons, textures);
         let records: Vec<ClusterRecord> = clusters(&lights);
         let bytes: &[u8] = bytemuck::cast_slice(&records);
         if self.polygons.write(device, queue, &lights)? {
@@ -135,8 +137,12 @@ impl Lighting {
 }
 
 /// The lights that can be evaluated, neighbours in clusters, and why the others light nothing.
-fn prepared(lights: &[EmissivePolygon]) -> (Vec<Light>, Vec<String>) {
-    let (mut lights, warnings) = prepared_lights(lights);
+fn prepared(lights: &[EmissivePolygon], textures: &[Texture]) -> (Vec<Light>, Vec<String>) {
+    let PreparedLights {
+        mut lights,
+        warnings,
+        ..
+    } = PreparedLights::new(lights, textures);
     sort_by_place(&mut lights);
     (lights, warnings)
 }

@@ -40,6 +40,7 @@ impl Methods {
             SpecularMethod::Ltc { .. } => 1,
             SpecularMethod::ReflectedInclusion(_) => 2,
             SpecularMethod::LightVector => 3,
+            SpecularMethod::ReflectedDistanceField { .. } => 4,
         };
         let circle_occlusion = occlusion == LocalOcclusion::Circle;
         // Bounds hold for the integrals themselves.

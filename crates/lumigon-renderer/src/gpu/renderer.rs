@@ -17,7 +17,7 @@ use super::tile::{Tile, tile_size, tiles};
 use super::visibility::Visibility;
 use crate::cpu::{check_size, pixel_samples};
 use crate::render::{RenderError, RenderSettings, Rendering, Watch};
-use crate::scene::{Camera, EmissivePolygon, Scene};
+use crate::scene::{Camera, EmissivePolygon, Scene, Texture};
 
 /// Longest side of a tile, in pixels: what every device can raster.
 const LONGEST_SIDE: u32 = 2048;
@@ -60,6 +60,8 @@ pub struct GpuRenderer {
     visibility: Visibility,
     shading: Shading,
     lighting: Lighting,
+    /// What lights' pictures are made of.
+    textures: Vec<Texture>,
     clock: Option<Clock>,
     /// One picture at a time; what it was rendered with is kept for the next one.
     equipment: Mutex<Option<Equipment>>,
@@ -77,7 +79,9 @@ impl GpuRenderer {
     }
 
     fn build(gpu: &Gpu, scene: &Scene) -> Result<Self, GpuError> {
-        let lighting = Lighting::new(gpu, &scene.polygon_lights, &scene.punctual_lights)?;
+        let textures = scene.textures.clone();
+        let (polygons, punctual) = (&scene.polygon_lights, &scene.punctual_lights);
+        let lighting = Lighting::new(gpu, polygons, &textures, punctual)?;
         let scene_layout = scene_buffers::layout(gpu);
         let scene = SceneBuffers::new(gpu, &scene_layout, scene)?;
         Ok(Self {
@@ -86,6 +90,7 @@ impl GpuRenderer {
             shading: Shading::new(gpu, lighting.layout(), &scene_layout, scene.features)?,
             scene,
             lighting,
+            textures,
             clock: Clock::new(gpu),
             equipment: Mutex::default(),
             timings: Mutex::default(),
@@ -99,13 +104,15 @@ impl GpuRenderer {
         &self.lighting.warnings
     }
 
-    /// Replaces the lights; the scene's emissive faces stay where they are.
+    /// Replaces the lights; the scene's emissive faces stay where they are. Pictures are of the textures
+    /// of the scene that the renderer was made for.
     ///
     /// # Errors
     /// Where they are more than the device's buffers hold; they stay as they were.
     pub fn set_lights(&mut self, lights: &[EmissivePolygon]) -> Result<(), GpuError> {
-        let gpu = self.gpu.clone();
-        if gpu.guarded("lights", || self.lighting.set_polygons(&gpu, lights))? {
+        let (gpu, textures) = (self.gpu.clone(), &self.textures);
+        let lighting = &mut self.lighting;
+        if gpu.guarded("lights", || lighting.set_polygons(&gpu, lights, textures))? {
             *lock(&self.equipment) = None;
         }
         Ok(())

@@ -106,10 +106,10 @@ impl Random {
     fn texture(&mut self) -> Texture {
         let size = [self.0.random_range(1..6), self.0.random_range(1..6)];
         let count = (size[0] * size[1]) as usize;
-        let texels = if self.chance(0.5) {
-            Texels::U8((0..count).map(|_| self.0.random()).collect())
-        } else {
-            Texels::U16((0..count).map(|_| self.0.random()).collect())
+        let texels = match self.index(3) {
+            0 => Texels::U8((0..count).map(|_| self.0.random()).collect()),
+            1 => Texels::U16((0..count).map(|_| self.0.random()).collect()),
+            _ => Texels::F32((0..count).map(|_| self.0.random()).collect()),
         };
         let wraps = [Wrap::Repeat, Wrap::MirroredRepeat, Wrap::ClampToEdge];
         let sampler = Sampler {

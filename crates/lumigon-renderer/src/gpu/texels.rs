@@ -28,6 +28,7 @@ fn format(texture: &Texture) -> (u32, u64) {
         (Texels::U16(_), false) => (SHORTS, 2),
         // Decoded here: shaders raise to powers with errors of their own.
         (Texels::U16(_), true) => (FLOATS, 4),
+        (Texels::F32(_), _) => (FLOATS, 4),
     }
 }
 
@@ -82,7 +83,7 @@ fn append(all: &mut Vec<u32>, texture: &Texture) {
                     .flat_map(|&[r, g, b, a]| [pair(r, g), pair(b, a)]),
             );
         }
-        Texels::U16(_) => {
+        Texels::U16(_) | Texels::F32(_) => {
             for y in 0..texture.height {
                 let row = (0..texture.width).map(|x| texture.texel(x, y));
                 all.extend(row.flat_map(|texel: Vec4| texel.to_array().map(f32::to_bits)));

@@ -192,4 +192,27 @@ impl Material {
     pub fn is_emissive(&self) -> bool {
         !self.unlit && self.emissive.max_element() > 0.0
     }
+
+    /// Whether any part of it shows that texture.
+    pub(super) fn shows(&self, texture: usize) -> bool {
+        [
+            &self.base_color_texture,
+            &self.metallic_roughness_texture,
+            &self.specular_texture,
+            &self.specular_color_texture,
+            &self.anisotropy_texture,
+            &self.diffuse_roughness_texture,
+            &self.sheen_color_texture,
+            &self.sheen_roughness_texture,
+            &self.clearcoat_texture,
+            &self.clearcoat_roughness_texture,
+            &self.clearcoat_normal_texture,
+            &self.normal_texture,
+            &self.occlusion_texture,
+            &self.emissive_texture,
+        ]
+        .into_iter()
+        .flatten()
+        .any(|reference| reference.texture == texture)
+    }
 }

@@ -3,6 +3,7 @@
 mod camera;
 mod emissive;
 mod error;
+mod image_file;
 mod import;
 mod limits;
 mod material;
@@ -14,8 +15,9 @@ mod texture;
 use std::path::Path;
 
 pub use camera::{Camera, Projection};
-pub use emissive::EmissivePolygon;
+pub use emissive::{AlphaMask, EmissiveImage, EmissivePolygon, PlacedTexture, TextureMap};
 pub use error::SceneError;
+pub use image_file::{ImageFile, decode_image, read_image};
 pub use limits::Limits;
 pub use material::{AlphaMode, Material, TextureRef, TextureTransform};
 pub use mesh::Mesh;

@@ -44,6 +44,8 @@ pub(crate) enum Texels {
     U8(Vec<[u8; 4]>),
     /// 16 bits a channel.
     U16(Vec<[u16; 4]>),
+    /// Linear, in single precision: finite and not negative, alpha at most 1.
+    F32(Vec<[f32; 4]>),
 }
 
 /// An image with a sampler, read in linear light.
@@ -57,7 +59,7 @@ pub struct Texture {
     pub height: u32,
     /// How it is read.
     pub sampler: Sampler,
-    /// Red, green and blue are stored with the sRGB transfer function.
+    /// Red, green and blue are stored with the sRGB transfer function; never in floating point.
     srgb: bool,
     texels: Arc<Texels>,
 }
@@ -70,6 +72,7 @@ impl Texture {
         srgb: bool,
         sampler: Sampler,
     ) -> Self {
+        let srgb = srgb && !matches!(*texels, Texels::F32(_));
         Self {
             name,
             width,
@@ -128,6 +131,7 @@ impl Texture {
                 let [r, g, b, a] = t[i].map(|c| f32::from(c) / 65535.0);
                 Vec4::new(srgb_to_linear(r), srgb_to_linear(g), srgb_to_linear(b), a)
             }
+            (Texels::F32(t), _) => Vec4::from(t[i]),
         }
     }
 

@@ -162,6 +162,7 @@ fn lights(count: usize) -> Vec<EmissivePolygon> {
                 corner(-1.0, 1.0),
             ]],
             radiance: Vec3::splat(RADIANCE),
+            image: None,
             two_sided: false,
             mesh: 0,
             triangles: Vec::new(),

@@ -2,7 +2,11 @@
 
 use glam::DVec3;
 
-use super::{junction::Edge, weld::Welded};
+use super::{
+    junction::Edge,
+    mapping::{Mapping, Placement, Region},
+    weld::Welded,
+};
 
 /// How far a facet's triangles may tilt from its first, in radians.
 const TILT: f64 = 1e-4;
@@ -22,11 +26,19 @@ pub(super) struct Facet {
     pub(super) normal: DVec3,
     /// Diagonal of the bounding box.
     pub(super) extent: f64,
+    /// Where the mesh's textures lie on it, if it has any and they lie alike on all its triangles.
+    pub(super) placement: Option<Placement>,
 }
 
 /// Gathers all triangles into facets. Each grows from the largest triangle left and is measured
-/// against that one's plane, so a curved mesh does not drift into one facet.
-pub(super) fn facets(welded: &Welded, edges: &[Edge], noise: f64) -> Vec<Facet> {
+/// against that one's plane, so a curved mesh does not drift into one facet. With a mapping, the
+/// triangles of a facet show one picture.
+pub(super) fn facets(
+    welded: &Welded,
+    edges: &[Edge],
+    noise: f64,
+    mapping: Option<&Mapping<'_>>,
+) -> Vec<Facet> {
     let count = welded.triangles.len();
     let area_vectors: Vec<DVec3> = (0..count as u32).map(|t| welded.area_vector(t)).collect();
     let mut seeds: Vec<u32> = (0..count as u32).collect();
@@ -44,6 +56,7 @@ pub(super) fn facets(welded: &Welded, edges: &[Edge], noise: f64) -> Vec<Facet> 
         }
         let plane = Plane::of(welded.corners(seed), noise);
         let mut bounds = Bounds::of(welded.corners(seed));
+        let mut region = mapping.map(|mapping| Region::new(mapping, welded, seed));
         let mut triangles = vec![seed];
         let mut next = 0;
         while next < triangles.len() {
@@ -53,7 +66,9 @@ pub(super) fn facets(welded: &Welded, edges: &[Edge], noise: f64) -> Vec<Facet> 
                 }
                 let corners = welded.corners(candidate);
                 let grown = bounds.with(corners);
-                if plane.holds(corners, grown.extent()) {
+                let fits = plane.holds(corners, grown.extent())
+                    && region.as_mut().is_none_or(|region| region.takes(candidate));
+                if fits {
                     taken[candidate as usize] = true;
                     triangles.push(candidate);
                     bounds = grown;
@@ -66,13 +81,20 @@ pub(super) fn facets(welded: &Welded, edges: &[Edge], noise: f64) -> Vec<Facet> 
             &area_vectors,
             triangles,
             bounds.extent(),
+            region.and_then(Region::placement),
         ));
     }
     facets
 }
 
 impl Facet {
-    fn new(welded: &Welded, area_vectors: &[DVec3], triangles: Vec<u32>, extent: f64) -> Self {
+    fn new(
+        welded: &Welded,
+        area_vectors: &[DVec3],
+        triangles: Vec<u32>,
+        extent: f64,
+        placement: Option<Placement>,
+    ) -> Self {
         let area_vector: DVec3 = triangles.iter().map(|&t| area_vectors[t as usize]).sum();
         let normal = area_vector.normalize();
         let first = welded.corners(triangles[0])[0];
@@ -88,6 +110,7 @@ impl Facet {
             normal,
             extent,
             triangles,
+            placement,
         }
     }
 }

@@ -1,19 +1,32 @@
 //! Emissive faces to polygon lights.
 //!
 //! The triangles of one mesh are welded by position, split where a vertex of one lies on an edge of
-//! another, gathered into flat facets, and each facet is replaced by its outline.
+//! another, gathered into flat facets that each show one picture, and each facet is replaced by its
+//! outline and that picture.
 
 mod facet;
+mod image;
 mod junction;
+mod mapping;
 mod outline;
+mod replacement;
+mod resample;
+mod texture_map;
 mod texture_mean;
 mod weld;
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Material, Mesh, Texture};
+use super::{Limits, Material, Mesh, Texture, error::Fault};
+pub use image::{AlphaMask, EmissiveImage, PlacedTexture};
+use mapping::Mapping;
+pub use texture_map::TextureMap;
 use texture_mean::TextureMean;
+
+/// Pictures that one mesh may fall apart into. Beyond, its lights show their mean colours: they are
+/// small already, or their texture is.
+const MOST_PICTURES: usize = 4096;
 
 /// A flat light: the outline of connected coplanar emissive triangles, in world space.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,8 +36,11 @@ pub struct EmissivePolygon {
     /// The outer loop, counter-clockwise seen from the emitting side, then the holes, clockwise.
     /// All vertices lie in one plane. Loops are simple but may touch each other at vertices.
     pub loops: Vec<Vec<[f64; 3]>>,
-    /// Linear RGB radiance; with an emissive texture, its mean over the polygon's area.
+    /// Linear RGB radiance; with an emissive texture or an alpha mask, its mean over the polygon's
+    /// area.
     pub radiance: Vec3,
+    /// What it shows, where that is more than one colour.
+    pub image: Option<EmissiveImage>,
     /// It emits from its back too.
     pub two_sided: bool,
     /// Index into [`super::Scene::meshes`] of the faces themselves.
@@ -82,15 +98,33 @@ pub(super) struct Emitter<'a> {
     pub(super) textures: &'a [Texture],
 }
 
+/// An emissive mesh's lights, and what is to be said about them.
+pub(super) struct Emitted {
+    pub(super) polygons: Vec<EmissivePolygon>,
+    pub(super) warning: Option<String>,
+}
+
 impl Emitter<'_> {
-    /// The polygons that stand for the mesh's faces, largest facet first.
+    /// The polygons that stand for the mesh's faces, largest facet first, their pictures at most
+    /// `longest_side` cells a side.
     ///
-    /// Facets whose emissive texture is black are left out, as are triangles narrower than the
-    /// noise. Triangles with the same three corners count once.
-    pub(super) fn polygons(&self) -> Vec<EmissivePolygon> {
+    /// Facets whose emissive texture is black or cut out are left out, as are triangles narrower than
+    /// the noise. Triangles with the same three corners count once.
+    pub(super) fn polygons(&self, longest_side: u32) -> Emitted {
         let welded = weld::weld(self.positions, &self.mesh.triangles, self.noise);
         let edges = junction::edges(&welded);
-        let facets = facet::facets(&welded, &edges, self.noise);
+        let mapping = Mapping::new(self);
+        let mut facets = facet::facets(&welded, &edges, self.noise, mapping.as_ref());
+        let mut warning = None;
+        if mapping.is_some() && facets.len() > MOST_PICTURES {
+            warning = Some(format!(
+                "mesh \"{}\" shows its texture in {} flat pieces, more than {MOST_PICTURES}: its \
+                 lights have their mean colours; use fewer faces, or texture coordinates that join",
+                self.mesh.name,
+                facets.len()
+            ));
+            facets = facet::facets(&welded, &edges, self.noise, None);
+        }
         let boundaries = outline::boundaries(&edges, &facets, welded.triangles.len());
         let mean = TextureMean::new(self);
         let of_facet = |(facet, boundary): (&facet::Facet, &Vec<(u32, u32)>)| {
@@ -104,6 +138,7 @@ impl Emitter<'_> {
             let outlines = outline::outlines(&welded, boundary, facet, self.noise);
             let polygon = |outline: outline::Outline| EmissivePolygon {
                 name: self.mesh.name.clone(),
+                image: EmissiveImage::new(self, facet, &outline.loops, longest_side),
                 loops: outline.loops,
                 radiance,
                 two_sided: self.material.double_sided,
@@ -113,8 +148,38 @@ impl Emitter<'_> {
             outlines.into_iter().map(polygon).collect::<Vec<_>>()
         };
         let pairs = facets.par_iter().zip(&boundaries);
-        pairs.flat_map_iter(of_facet).collect()
+        Emitted {
+            polygons: pairs.flat_map_iter(of_facet).collect(),
+            warning,
+        }
     }
+}
+
+/// Takes the pyramids of lights' pictures from a budget, or says which does not fit.
+pub(super) fn take_pyramids(
+    polygons: &[EmissivePolygon],
+    limits: &Limits,
+    bytes_left: &mut u64,
+) -> Result<(), Fault> {
+    for polygon in polygons {
+        let Some(image) = &polygon.image else {
+            continue;
+        };
+        let needed = image.pyramid_bytes();
+        *bytes_left = bytes_left.checked_sub(needed).ok_or_else(|| {
+            let [width, height] = image.size;
+            Fault::new(
+                format!("light \"{}\"", polygon.name),
+                format!(
+                    "its picture of {width} × {height} texels needs {needed} bytes, {bytes_left} of \
+                     {} for the pictures of lights are left",
+                    limits.light_image_bytes
+                ),
+                "show smaller images on lights, or raise the limit",
+            )
+        })?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

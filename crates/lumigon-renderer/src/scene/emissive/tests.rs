@@ -80,7 +80,7 @@ impl Shape {
             material,
             textures,
         };
-        emitter.polygons()
+        emitter.polygons(4096).polygons
     }
 }
 

@@ -4,16 +4,20 @@
 //! over a face is exact: the face's triangle in texture space is cut along the cells, and each piece
 //! contributes its moments 1, x, y and xy. Faces that cover too many cells are cut along those of a
 //! smaller level of the texture, made by area averages, instead.
+//!
+//! What an alpha mask leaves has no such integral: it is sampled.
 
 use std::sync::OnceLock;
 
 use glam::{DVec2, Vec3, Vec4Swizzles};
 
 use super::Emitter;
-use crate::scene::{Filter, Sampler, Texture, TextureRef, Wrap, texture::wrap_index};
+use crate::scene::{AlphaMode, Filter, Sampler, Texture, TextureRef, Wrap, texture::wrap_index};
 
 /// Cells to cut for all faces of a mesh together.
 const MAX_CELLS: f64 = 8_388_608.0;
+/// Samples of one face behind an alpha mask.
+const MAX_SAMPLES: f64 = 1_048_576.0;
 /// Cells that every face may have, however many faces there are.
 const MIN_CELLS: f64 = 256.0;
 
@@ -21,6 +25,7 @@ const MIN_CELLS: f64 = 256.0;
 pub(super) struct TextureMean<'a> {
     emitter: &'a Emitter<'a>,
     texture: Option<(&'a TextureRef, &'a Texture)>,
+    mask: Option<Mask<'a>>,
     /// Cells that one face may cover.
     cells: f64,
     /// The texture at half the size, at a quarter, and so on to a single texel.
@@ -29,37 +34,101 @@ pub(super) struct TextureMean<'a> {
 
 impl<'a> TextureMean<'a> {
     pub(super) fn new(emitter: &'a Emitter<'a>) -> Self {
-        let reference = emitter.material.emissive_texture.as_ref();
-        let texture = reference.map(|reference| (reference, &emitter.textures[reference.texture]));
+        let with_texture =
+            |reference: &'a TextureRef| (reference, &emitter.textures[reference.texture]);
+        let material = emitter.material;
+        let base_color = material.base_color_texture.as_ref().map(with_texture);
+        let mask = match material.alpha_mode {
+            AlphaMode::Mask { cutoff } => Some(Mask {
+                texture: base_color,
+                cutoff,
+            }),
+            _ => None,
+        };
         Self {
             emitter,
-            texture,
+            texture: material.emissive_texture.as_ref().map(with_texture),
+            mask,
             cells: (MAX_CELLS / emitter.mesh.triangles.len().max(1) as f64).max(MIN_CELLS),
             levels: OnceLock::new(),
         }
     }
 
-    /// The mean over the area of the mesh's triangles of factor, strength and texture.
+    /// The mean over the area of the mesh's triangles of factor, strength, texture and alpha mask.
     pub(super) fn radiance(&self, triangles: &[u32]) -> Vec3 {
         let emissive = self.emitter.material.emissive;
-        let Some((reference, texture)) = self.texture else {
+        if self.texture.is_none() && self.mask.is_none() {
             return emissive;
-        };
+        }
         let mesh = self.emitter.mesh;
-        let uvs = &mesh.texcoords[reference.texcoord];
-        let uv = |i: u32| {
-            let texcoord = uvs.get(i as usize).copied().unwrap_or_default();
-            reference.transform.apply(texcoord).as_dvec2()
-        };
         let (mut sum, mut area) = (glam::DVec3::ZERO, 0.0);
         for &t in triangles {
             let corners = mesh.triangles[t as usize];
             let [a, b, c] = corners.map(|i| self.emitter.positions[i as usize]);
             let weight = (b - a).cross(c - a).length();
-            sum += self.triangle(texture, corners.map(uv)).as_dvec3() * weight;
+            let mean = match (&self.mask, self.texture) {
+                (Some(mask), _) => self.masked(mask, corners),
+                (None, Some((reference, texture))) => {
+                    self.triangle(texture, corners.map(|i| self.uv(reference, i)))
+                }
+                (None, None) => Vec3::ONE,
+            };
+            sum += mean.as_dvec3() * weight;
             area += weight;
         }
-        emissive * (sum / area).as_vec3()
+        // Factors and images have wide ranges.
+        (emissive * (sum / area).as_vec3()).min(Vec3::splat(f32::MAX))
+    }
+
+    fn uv(&self, reference: &TextureRef, vertex: u32) -> DVec2 {
+        let texcoords = &self.emitter.mesh.texcoords[reference.texcoord];
+        let texcoord = texcoords.get(vertex as usize).copied().unwrap_or_default();
+        reference.transform.apply(texcoord).as_dvec2()
+    }
+
+    /// The mean over one triangle of what the alpha mask leaves, from samples on a grid: two along
+    /// each texel, at least 16 along each side, but no more than the triangle's share of cells.
+    fn masked(&self, mask: &Mask<'a>, corners: [u32; 3]) -> Vec3 {
+        let alphas = corners.map(|i| {
+            let color = self.emitter.mesh.colors.get(i as usize);
+            self.emitter.material.base_color.w * color.map_or(1.0, |color| color.w)
+        });
+        let placed = |texture: Option<(&TextureRef, &'a Texture)>| {
+            let (reference, texture) = texture?;
+            let uv = corners.map(|i| self.uv(reference, i));
+            // As rays read coordinates that are not finite.
+            let uv = near_origin(uv, texture.sampler).unwrap_or([DVec2::ZERO; 3]);
+            let count = covered(uv, texture.width, texture.height, texture.sampler);
+            Some((texture, uv, count))
+        };
+        let (emission, opacity) = (placed(self.texture), placed(mask.texture));
+        let count = [&emission, &opacity].into_iter().flatten();
+        let count = count.fold(0.0, |most: f64, (_, _, count)| most.max(*count));
+        // The cast saturates.
+        let most = self.cells.clamp(256.0, MAX_SAMPLES);
+        let steps = (4.0 * count).clamp(256.0, most).sqrt() as u32;
+        let sample = |placed: &Option<(&Texture, [DVec2; 3], f64)>, weights: [f64; 3]| {
+            let (texture, [a, b, c], _) = placed.as_ref()?;
+            let uv = *a * weights[0] + *b * weights[1] + *c * weights[2];
+            Some(texture.sample(uv.as_vec2()))
+        };
+        let mut sum = glam::DVec3::ZERO;
+        for i in 0..steps {
+            for j in 0..2 * (steps - i) - 1 {
+                // The centres of steps² equal triangles.
+                let third = if j % 2 == 0 { 1.0 } else { 2.0 } / 3.0;
+                let u = (f64::from(i) + third) / f64::from(steps);
+                let v = (f64::from(j / 2) + third) / f64::from(steps);
+                let weights = [1.0 - u - v, u, v];
+                let alpha: f64 = (0..3).map(|k| f64::from(alphas[k]) * weights[k]).sum();
+                let texel = sample(&opacity, weights).map_or(1.0, |texel| texel.w);
+                if alpha as f32 * texel >= mask.cutoff {
+                    let color = sample(&emission, weights).map_or(Vec3::ONE, Vec4Swizzles::xyz);
+                    sum += color.as_dvec3();
+                }
+            }
+        }
+        (sum / f64::from(steps).powi(2)).as_vec3()
     }
 
     /// The mean over one triangle of texture space.
@@ -83,6 +152,13 @@ impl<'a> TextureMean<'a> {
             None => levels.last().map_or(Vec3::ZERO, |level| level.texels[0]),
         }
     }
+}
+
+/// Where alpha is less than the cutoff there is nothing.
+struct Mask<'a> {
+    /// The base colour's.
+    texture: Option<(&'a TextureRef, &'a Texture)>,
+    cutoff: f32,
 }
 
 /// The same triangle, moved by whole repeats to the origin; `None` where it is not finite.

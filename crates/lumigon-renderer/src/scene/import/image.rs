@@ -1,33 +1,27 @@
-//! PNG and JPEG to texels, bounded before they are decoded.
+//! The document's images, each decoded once.
 
-use std::{collections::HashMap, io::Cursor, sync::Arc};
+use std::collections::HashMap;
 
 use gltf::json;
-use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use super::source::Source;
-use crate::scene::{Limits, error::Fault, texture::Texels};
-
-/// An image's size and texels, shared by the textures that show it.
-#[derive(Clone)]
-pub(super) struct Image {
-    pub(super) size: [u32; 2],
-    pub(super) texels: Arc<Texels>,
-}
+use crate::scene::{
+    Limits,
+    error::Fault,
+    image_file::{Budget, Decoded},
+};
 
 /// The images decoded so far.
 pub(super) struct Images {
-    done: HashMap<usize, Image>,
-    side: u32,
-    bytes_left: u64,
+    done: HashMap<usize, Decoded>,
+    budget: Budget,
 }
 
 impl Images {
     pub(super) fn new(limits: &Limits) -> Self {
         Self {
             done: HashMap::new(),
-            side: limits.image_side,
-            bytes_left: limits.image_bytes,
+            budget: Budget::new(limits),
         }
     }
 
@@ -38,7 +32,7 @@ impl Images {
         source: &mut Source<'_>,
         index: usize,
         user: &str,
-    ) -> Result<Image, Fault> {
+    ) -> Result<Decoded, Fault> {
         if let Some(image) = self.done.get(&index) {
             return Ok(image.clone());
         }
@@ -50,11 +44,11 @@ impl Images {
         let image = match (&image.uri, image.buffer_view) {
             (Some(uri), _) => {
                 let bytes = source.uri(uri, &format!("{place}.uri"))?;
-                self.decode(&bytes, &place)?
+                self.budget.decode(&bytes, &place)?
             }
             (None, Some(view)) => {
                 let view = source.view(view.value(), &place)?;
-                self.decode(view.bytes(), &place)?
+                self.budget.decode(view.bytes(), &place)?
             }
             (None, None) => {
                 return Err(Fault::new(
@@ -66,63 +60,5 @@ impl Images {
         };
         self.done.insert(index, image.clone());
         Ok(image)
-    }
-
-    fn decode(&mut self, bytes: &[u8], place: &str) -> Result<Image, Fault> {
-        let broken = |error: image::ImageError| {
-            Fault::new(place, error.to_string(), "store it as a valid PNG or JPEG")
-        };
-        // What the bytes say counts: mimeType and file endings are often wrong.
-        let format = image::guess_format(bytes)
-            .ok()
-            .filter(|format| matches!(format, ImageFormat::Png | ImageFormat::Jpeg))
-            .ok_or_else(|| {
-                Fault::new(
-                    place,
-                    "this is neither PNG nor JPEG",
-                    "convert it to one of them",
-                )
-            })?;
-        let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-        let mut limits = image::Limits::no_limits();
-        limits.max_image_width = Some(self.side);
-        limits.max_image_height = Some(self.side);
-        reader.limits(limits);
-        let decoder = reader.into_decoder().map_err(broken)?;
-        let (width, height) = decoder.dimensions();
-        let wide =
-            decoder.color_type().bytes_per_pixel() / decoder.color_type().channel_count() > 1;
-        if width == 0 || height == 0 || width > self.side || height > self.side {
-            return Err(Fault::new(
-                place,
-                format!(
-                    "{width} × {height} texels, outside 1 to {} a side",
-                    self.side
-                ),
-                "resize it or raise the limit",
-            ));
-        }
-        let texel_bytes = if wide { 8 } else { 4 };
-        let needed = u64::from(width) * u64::from(height) * texel_bytes;
-        self.bytes_left = self.bytes_left.checked_sub(needed).ok_or_else(|| {
-            Fault::new(
-                place,
-                format!(
-                    "{width} × {height} texels need {needed} bytes, {} are left for images",
-                    self.bytes_left
-                ),
-                "resize images or raise the limit",
-            )
-        })?;
-        let decoded = DynamicImage::from_decoder(decoder).map_err(broken)?;
-        let texels = if wide {
-            Texels::U16(decoded.into_rgba16().pixels().map(|p| p.0).collect())
-        } else {
-            Texels::U8(decoded.into_rgba8().pixels().map(|p| p.0).collect())
-        };
-        Ok(Image {
-            size: [width, height],
-            texels: Arc::new(texels),
-        })
     }
 }

@@ -204,10 +204,6 @@ impl Materials {
                 .add(format!("{place}: negative emission is taken as none"));
             converted.emissive = converted.emissive.max(Vec3::ZERO);
         }
-        if converted.is_emissive() && matches!(alpha_mode, AlphaMode::Mask { .. }) {
-            let warning = "emissive faces with an alpha mask light the scene as if they had none";
-            context.warnings.add(warning);
-        }
         converted.base_color = converted.base_color.clamp(Vec4::ZERO, Vec4::ONE);
         converted.metallic = converted.metallic.clamp(0.0, 1.0);
         converted.perceptual_roughness = converted.perceptual_roughness.clamp(0.0, 1.0);
@@ -265,9 +261,9 @@ impl Materials {
         let place = format!("textures[{index}]");
         // The crate's stand-in for an image that only an extension supplies.
         if texture.source.value() == u32::MAX as usize {
-            context
-                .warnings
-                .add(format!("{place} has no PNG or JPEG image and is not shown"));
+            context.warnings.add(format!(
+                "{place} has no image that can be read and is not shown"
+            ));
             return Ok(None);
         }
         let sampler = match texture.sampler {

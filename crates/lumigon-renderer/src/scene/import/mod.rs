@@ -27,11 +27,12 @@ use gltf::json;
 
 use super::{Limits, Scene, SceneError, error::Fault};
 use source::Source;
+pub(super) use source::read_file;
 use warning::Warnings;
 
 pub(super) fn load(path: &Path, limits: &Limits) -> Result<Scene, SceneError> {
     let name = path.display().to_string();
-    let bytes = source::read_file(path, limits.file_bytes)
+    let bytes = read_file(path, limits.file_bytes)
         .map_err(|(what, mend)| Fault::new("file", what, mend).in_file(&name))?;
     // A bare file name has the empty path as its parent: the current folder.
     let folder = match path.parent() {

@@ -13,7 +13,11 @@ use super::{
     source::Source,
     warning::Warnings,
 };
-use crate::scene::{Camera, Limits, Projection, Scene, emissive::Emitter, error::Fault};
+use crate::scene::{
+    Camera, Limits, Projection, Scene,
+    emissive::{Emitter, take_pyramids},
+    error::Fault,
+};
 
 /// Draws the document's scene: its default one, else its first, else all nodes without a parent.
 pub(super) fn import<'a>(
@@ -25,6 +29,10 @@ pub(super) fn import<'a>(
     let mut scene = Scene::default();
     let mut materials = Materials::new(limits);
     let mut bytes_left = limits.mesh_bytes;
+    let mut lights = LightBudget {
+        limits,
+        bytes_left: limits.light_image_bytes,
+    };
     let mut visited = vec![false; root.nodes.len()];
     let mut stack: Vec<Visit> = roots(root)?
         .into_iter()
@@ -87,7 +95,7 @@ pub(super) fn import<'a>(
                 &mut bytes_left,
             )?;
             for primitive in primitives {
-                add(&mut scene, &materials, primitive);
+                lights.add(&mut scene, &materials, &mut warnings, primitive)?;
             }
         }
         let name = node.name.as_deref().unwrap_or(&place);
@@ -110,15 +118,12 @@ pub(super) fn import<'a>(
                 let mut mesh = light.mesh;
                 mesh.material = materials.push(light.material);
                 let positions = light.positions;
-                add(
-                    &mut scene,
-                    &materials,
-                    Primitive {
-                        mesh,
-                        positions,
-                        noise: 0.0,
-                    },
-                );
+                let primitive = Primitive {
+                    mesh,
+                    positions,
+                    noise: 0.0,
+                };
+                lights.add(&mut scene, &materials, &mut warnings, primitive)?;
             }
         }
         let children = node.children.as_deref().unwrap_or_default();
@@ -147,30 +152,50 @@ struct Visit {
     world_from_parent: DAffine3,
 }
 
-/// Adds a mesh and, where it emits, its polygon lights.
-fn add(scene: &mut Scene, materials: &Materials, primitive: Primitive) {
-    let Primitive {
-        mesh,
-        positions,
-        noise,
-    } = primitive;
-    if mesh.triangles.is_empty() {
-        return;
-    }
-    let material = &materials.materials[mesh.material];
-    if material.is_emissive() {
-        let index = scene.meshes.len();
-        let emitter = Emitter {
-            mesh: &mesh,
-            index,
-            positions: &positions,
+/// How much the pictures of lights may take.
+struct LightBudget<'a> {
+    limits: &'a Limits,
+    bytes_left: u64,
+}
+
+impl LightBudget<'_> {
+    /// Adds a mesh and, where it emits, its polygon lights.
+    fn add(
+        &mut self,
+        scene: &mut Scene,
+        materials: &Materials,
+        warnings: &mut Warnings,
+        primitive: Primitive,
+    ) -> Result<(), Fault> {
+        let Primitive {
+            mesh,
+            positions,
             noise,
-            material,
-            textures: &materials.textures,
-        };
-        scene.polygon_lights.extend(emitter.polygons());
+        } = primitive;
+        if mesh.triangles.is_empty() {
+            return Ok(());
+        }
+        let material = &materials.materials[mesh.material];
+        if material.is_emissive() {
+            let emitter = Emitter {
+                mesh: &mesh,
+                index: scene.meshes.len(),
+                positions: &positions,
+                noise,
+                material,
+                textures: &materials.textures,
+            };
+            let emitted = emitter.polygons(self.limits.light_image_side);
+            take_pyramids(&emitted.polygons, self.limits, &mut self.bytes_left)?;
+            emitted
+                .warning
+                .into_iter()
+                .for_each(|text| warnings.add(text));
+            scene.polygon_lights.extend(emitted.polygons);
+        }
+        scene.meshes.push(mesh);
+        Ok(())
     }
-    scene.meshes.push(mesh);
 }
 
 /// The scene's root nodes, each with the place that names it.

@@ -238,7 +238,10 @@ fn data_uri(data: &str) -> Result<Vec<u8>, String> {
 }
 
 /// A whole file of at most `limit` bytes, or what is wrong and its mend.
-pub(super) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, (String, &'static str)> {
+pub(in crate::scene) fn read_file(
+    path: &Path,
+    limit: u64,
+) -> Result<Vec<u8>, (String, &'static str)> {
     let readable =
         |error: std::io::Error| (error.to_string(), "check the path and its permissions");
     let metadata = fs::metadata(path).map_err(readable)?;
