@@ -13,7 +13,9 @@ mod light_buffers;
 mod tables;
 
 pub use bindings::{MODULES, bind_group, bind_group_layout, wgsl};
-pub use cluster::{CLUSTER_LIGHTS, ClusterRecord, clusters, sort_by_place};
+pub use cluster::{
+    CLUSTER_LIGHTS, ClusterRecord, clusters, light_power, order_by_place, sort_by_place,
+};
 pub use image_buffers::{ImageBuffers, ImageRecord, ReplaceImageError, TooLargeImages};
 pub use image_colors::ImageColors;
 pub use light::{Light, LightRecord, PolygonRecord, VertexRecord, vertex_records};

@@ -177,7 +177,8 @@ mod tests {
             ),
             (
                 "Shading",
-                offsets!(ShadingRecord: light_bound, bias, punctual_count, first_light, end_light),
+                offsets!(ShadingRecord: light_bound, bias, punctual_count, first_light, end_light,
+                    image_taps),
             ),
             ("Cluster", offsets!(ClusterRecord: center, radius, power)),
         ] {

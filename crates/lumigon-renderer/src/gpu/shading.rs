@@ -8,7 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use super::device::{Gpu, lock};
 use super::error::GpuError;
 use super::lighting::Lighting;
-use super::methods::{Methods, bias};
+use super::methods::{Methods, bias, image_taps};
 use super::scene_buffers::Features;
 use super::shader::{SHADE, Shader, scene_constants};
 use crate::render::RenderSettings;
@@ -25,6 +25,7 @@ pub(super) struct ShadingRecord {
     pub(super) punctual_count: u32,
     pub(super) first_light: u32,
     pub(super) end_light: u32,
+    pub(super) image_taps: u32,
 }
 
 impl ShadingRecord {
@@ -36,6 +37,7 @@ impl ShadingRecord {
             punctual_count: lighting.punctual_count,
             first_light: lights.start,
             end_light: lights.end,
+            image_taps: image_taps(settings.image_method),
         }
     }
 }
