@@ -16,6 +16,8 @@ mod glb;
 mod materials;
 #[path = "make/mesh.rs"]
 mod mesh;
+#[path = "make/neon.rs"]
+mod neon;
 #[path = "make/outline.rs"]
 mod outline;
 #[path = "make/quads.rs"]
@@ -24,6 +26,10 @@ mod quads;
 mod random;
 #[path = "make/rotation.rs"]
 mod rotation;
+#[path = "make/screens.rs"]
+mod screens;
+#[path = "make/stained_glass.rs"]
+mod stained_glass;
 #[path = "make/texture.rs"]
 mod texture;
 
@@ -39,6 +45,9 @@ pub(crate) fn scenes() -> Vec<Scene> {
         ("gallery.glb", gallery::gallery()),
         ("cornell.glb", cornell::cornell()),
         ("materials.glb", materials::materials()),
+        ("stained-glass.glb", stained_glass::stained_glass()),
+        ("screens.glb", screens::screens()),
+        ("neon.glb", neon::neon()),
         ("quads-10.glb", quads::quads(10)),
         ("quads-20.glb", quads::quads(20)),
         ("quads-50.glb", quads::quads(50)),

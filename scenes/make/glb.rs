@@ -165,24 +165,46 @@ impl Glb {
 
     /// An embedded PNG, repeated in both directions and trilinearly filtered.
     pub(crate) fn texture(&mut self, name: &str, png: &[u8]) -> usize {
+        const REPEAT: u32 = 10497;
+        self.wrapped_texture(name, png, REPEAT)
+    }
+
+    /// An embedded PNG whose border goes on beyond it, trilinearly filtered.
+    fn picture(&mut self, name: &str, png: &[u8]) -> usize {
+        const CLAMP_TO_EDGE: u32 = 33071;
+        self.wrapped_texture(name, png, CLAMP_TO_EDGE)
+    }
+
+    fn wrapped_texture(&mut self, name: &str, png: &[u8], wrap: u32) -> usize {
         const LINEAR: u32 = 9729;
         const LINEAR_MIPMAP_LINEAR: u32 = 9987;
-        const REPEAT: u32 = 10497;
-        if !self.lists.contains_key("samplers") {
-            self.push(
-                "samplers",
-                json!({
-                    "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR,
-                    "wrapS": REPEAT, "wrapT": REPEAT,
-                }),
-            );
-        }
+        let sampler = json!({
+            "magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR,
+            "wrapS": wrap, "wrapT": wrap,
+        });
+        let samplers = self.lists.get("samplers").and_then(Value::as_array);
+        let same = samplers.and_then(|list| list.iter().position(|other| *other == sampler));
+        let sampler = same.unwrap_or_else(|| self.push("samplers", sampler));
         let view = self.buffer_view(png, None);
         let image = self.push(
             "images",
             json!({ "name": name, "bufferView": view, "mimeType": "image/png" }),
         );
-        self.push("textures", json!({ "sampler": 0, "source": image }))
+        self.push("textures", json!({ "sampler": sampler, "source": image }))
+    }
+
+    /// A black material that shows a picture in light: white emits `radiance`.
+    pub(crate) fn picture_emitter(
+        &mut self,
+        name: &str,
+        png: &[u8],
+        radiance: f64,
+        double_sided: bool,
+    ) -> usize {
+        let texture = self.picture(name, png);
+        let material = self.emitter(name, [radiance; 3], double_sided);
+        self.lists["materials"][material]["emissiveTexture"] = json!({ "index": texture });
+        material
     }
 
     /// A reference to `texture`, repeated `scale` times over the unit square.

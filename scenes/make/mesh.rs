@@ -47,6 +47,20 @@ impl Mesh {
         }
     }
 
+    /// The same with texture coordinates that show an image upright on a box: its lower left and upper
+    /// right corner.
+    pub(crate) fn polygon_with_picture(outline: &Outline, low: [f64; 2], high: [f64; 2]) -> Self {
+        let mut mesh = Self::polygon(outline);
+        let texcoords = outline.loops.iter().flatten().map(|&[x, y]| {
+            single([
+                (x - low[0]) / (high[0] - low[0]),
+                (high[1] - y) / (high[1] - low[1]),
+            ])
+        });
+        mesh.texcoords = texcoords.collect();
+        mesh
+    }
+
     /// A parallelogram from `corner` along the edges `u` and `v`; its front faces `u x v`.
     ///
     /// Texture coordinates run along `u` to the right and against `v` downwards, as images do.

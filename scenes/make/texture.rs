@@ -25,12 +25,35 @@ fn square_png(size: u32, colour: impl Fn(u32, u32) -> [f64; 3]) -> Vec<u8> {
     file
 }
 
+/// A picture in linear light of `colour` at (u, v), v running down: the mean of nine samples a texel.
+pub(crate) fn picture(width: u32, height: u32, colour: impl Fn(f64, f64) -> [f64; 3]) -> Vec<u8> {
+    let texel = |k: u32| {
+        let mut sum = DVec3::ZERO;
+        for sample in 0..9 {
+            let [x, y] = [k % width * 3 + sample % 3, k / width * 3 + sample / 3];
+            let [u, v] = [(x, width), (y, height)]
+                .map(|(at, count)| (f64::from(at) + 0.5) / f64::from(3 * count));
+            sum += DVec3::from(colour(u, v));
+        }
+        (sum / 9.0).to_array().map(encoded)
+    };
+    let texels: Vec<u8> = (0..width * height)
+        .flat_map(texel)
+        .map(|x| (255.0 * x.clamp(0.0, 1.0) + 0.5) as u8)
+        .collect();
+    let mut file = Vec::new();
+    PngEncoder::new_with_quality(&mut file, CompressionType::Best, FilterType::Adaptive)
+        .write_image(&texels, width, height, ExtendedColorType::Rgb8)
+        .expect("an image of a fixed size is encoded to memory");
+    file
+}
+
 /// A number in [0, 1) that belongs to a cell of a pattern.
-fn cell_value(seed: u64, x: u32, y: u32) -> f64 {
+pub(crate) fn cell_value(seed: u64, x: u32, y: u32) -> f64 {
     Random(seed ^ (u64::from(x) << 40) ^ (u64::from(y) << 16)).unit()
 }
 
-fn smoothstep(low: f64, high: f64, x: f64) -> f64 {
+pub(crate) fn smoothstep(low: f64, high: f64, x: f64) -> f64 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
@@ -54,7 +77,7 @@ fn noise(seed: u64, period: u32, u: f64, v: f64) -> f64 {
 }
 
 /// Octaves of noise about zero, each half as strong and twice as fine as the one before.
-fn cloud(seed: u64, period: u32, octaves: u32, u: f64, v: f64) -> f64 {
+pub(crate) fn cloud(seed: u64, period: u32, octaves: u32, u: f64, v: f64) -> f64 {
     (0..octaves)
         .map(|k| {
             let strength = 1.0 / f64::from(1 << k);

@@ -2,7 +2,9 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{Failure, bench, compare, completions, eval, fit, gpu, man, render, scene, shaders};
+use crate::{
+    Failure, bench, compare, completions, eval, fit, gpu, images, man, render, scene, shaders,
+};
 
 /// Light from polygons: any planar polygon lights a scene exactly, without noise
 #[derive(Debug, Parser)]
@@ -25,6 +27,7 @@ pub enum Command {
     Eval(eval::Eval),
     Scene(scene::SceneCommand),
     Fit(fit::Fit),
+    Images(images::Images),
     Shaders(shaders::Shaders),
     Bench(bench::Bench),
     Gpu(gpu::GpuCommand),
@@ -49,6 +52,7 @@ impl Arguments {
             Command::Eval(command) => command.run(),
             Command::Scene(command) => command.run(),
             Command::Fit(command) => command.run(),
+            Command::Images(command) => command.run(),
             Command::Shaders(command) => command.run(),
             Command::Bench(command) => command.run(),
             Command::Gpu(command) => command.run(),

@@ -12,6 +12,7 @@ mod eval;
 mod failure;
 mod fit;
 mod gpu;
+mod images;
 mod interrupt;
 mod man;
 mod method;

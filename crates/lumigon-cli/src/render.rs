@@ -10,8 +10,8 @@ use lumigon::{
     SpecularMethod,
 };
 use lumigon_renderer::{
-    Camera, PictureFormat, Pixels, ReferenceSettings, RenderError, RenderSettings, Scene, ToneMap,
-    Watch, check_writable, write_exr, write_png,
+    Camera, Limits, PictureFormat, Pixels, ReferenceSettings, RenderError, RenderSettings, Scene,
+    ToneMap, Watch, check_writable, read_image, write_exr, write_png,
 };
 
 use crate::Failure;
@@ -33,6 +33,7 @@ Examples:
   lumigon render scene.glb -o scene.png
   lumigon render scene.glb -o scene.exr --size 1920x1080 --samples 16
   lumigon render scene.glb -o area.png --diffuse projected-area --basis weighted --specular none
+  lumigon render scene.glb -o scene.png --light-image screen=frame.exr --image-method 4x4
   lumigon render scene.glb -o scene.png --backend cpu
   lumigon render scene.glb -o truth.exr --reference --spp 1024 --bounces 3")]
 pub struct Render {
@@ -53,11 +54,55 @@ pub struct Render {
     #[arg(long, value_name = "NAME|INDEX")]
     camera: Option<String>,
     #[command(flatten)]
+    pictures: Pictures,
+    #[command(flatten)]
     display: Display,
     #[command(flatten)]
     method: Method,
     #[command(flatten)]
     reference: Reference,
+}
+
+/// What lights show.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Pictures on lights")]
+struct Pictures {
+    /// Show an image (.png, .jpg, .hdr or .exr) on the lights of a mesh or node, as often as there are
+    /// lights to name
+    #[arg(long, value_name = "LIGHT=FILE", value_parser = light_image)]
+    light_image: Vec<(String, PathBuf)>,
+    /// Memory that the prefiltered pictures of all lights may take [default: 1024]
+    #[arg(long, value_name = "MIB")]
+    image_budget: Option<u32>,
+}
+
+impl Pictures {
+    fn limits(&self) -> Limits {
+        let mut limits = Limits::default();
+        if let Some(budget) = self.image_budget {
+            limits.light_image_bytes = u64::from(budget) << 20;
+        }
+        limits
+    }
+
+    /// Shows the images that were asked for.
+    fn show(&self, scene: &mut Scene) -> Result<(), Failure> {
+        let limits = self.limits();
+        for (light, file) in &self.light_image {
+            let image = read_image(file, &limits)?;
+            scene.replace_light_image(light, &image, &limits)?;
+        }
+        Ok(())
+    }
+}
+
+fn light_image(text: &str) -> Result<(String, PathBuf), String> {
+    match text.rsplit_once('=') {
+        Some((light, file)) if !light.is_empty() && !file.is_empty() => {
+            Ok((light.to_owned(), PathBuf::from(file)))
+        }
+        _ => Err("give the light's name, =, and the image's file".to_owned()),
+    }
 }
 
 /// How radiance becomes colour in a PNG.
@@ -254,7 +299,8 @@ impl Render {
             .map_err(|error| Failure::usage("render", &error.to_string()))?;
         check_writable(&self.output)?;
         let start = Instant::now();
-        let scene = Scene::load(&self.scene)?;
+        let mut scene = Scene::load_within(&self.scene, &self.pictures.limits())?;
+        self.pictures.show(&mut scene)?;
         for warning in &scene.warnings {
             eprintln!("warning: {}: {warning}", self.scene.display());
         }

@@ -84,9 +84,20 @@ struct LightReport {
     vertices: usize,
     loops: usize,
     holes: usize,
+    /// The mean, where it shows a picture.
     radiance: [f32; 3],
     two_sided: bool,
+    /// What it shows, where that is more than one colour.
+    picture: Option<PictureReport>,
     error: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct PictureReport {
+    width: u32,
+    height: u32,
+    /// Of its prefiltered pyramid.
+    bytes: u64,
 }
 
 #[derive(Debug, Serialize)]
@@ -159,6 +170,15 @@ impl Report {
                     "one-sided"
                 },
             );
+            if let Some(picture) = &light.picture {
+                let PictureReport {
+                    width,
+                    height,
+                    bytes,
+                } = picture;
+                let mib = *bytes as f64 / f64::from(1 << 20);
+                let _ = writeln!(out, "     shows {width} x {height} texels, {mib:.2} MiB");
+            }
         }
         let _ = writeln!(out, "{} punctual lights", self.punctual_lights.len());
         for (index, light) in self.punctual_lights.iter().enumerate() {
@@ -190,6 +210,11 @@ impl LightReport {
             holes: light.loops.len().saturating_sub(1),
             radiance: light.radiance.into(),
             two_sided: light.two_sided,
+            picture: light.image.as_ref().map(|image| PictureReport {
+                width: image.size[0],
+                height: image.size[1],
+                bytes: image.pyramid_bytes(),
+            }),
             error: polygon.err().map(|error| error.to_string()),
         }
     }

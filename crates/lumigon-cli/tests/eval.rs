@@ -298,3 +298,46 @@ fn a_full_disk_is_reported() {
     let message = String::from_utf8(output.stderr).unwrap();
     assert!(message.contains("No space left"), "{message}");
 }
+
+/// A mirror sees the light or not; a rough surface sees some of it, and less the farther off.
+#[test]
+fn mirrored_views_answer() {
+    let ask = |quantity: &str, x: f64, more: &str| {
+        let (view, length) = ([-x, 0.0, 2.0], (x * x + 4.0).sqrt());
+        let view = view.map(|v| v / length);
+        let line = format!(
+            r#"{{"quantity":"{quantity}","loops":[[[-1,-1,2],[-1,1,2],[1,1,2],[1,-1,2]]],
+            "point":[0,0,0],"normal":[0,0,1],"view":{view:?}{more}}}"#
+        );
+        let (answers, _, _) = eval(&[], line.replace('\n', " "));
+        answers[0].clone()
+    };
+    let number = |answer: &Value| answer["value"].as_f64().unwrap();
+    for (x, expected) in [(0.9, 1.0), (1.1, 0.0)] {
+        assert_eq!(number(&ask("reflected_inclusion", x, "")), expected);
+        let smooth = r#","perceptual_roughness":0,"smoothness":1e6"#;
+        let smooth = number(&ask("reflected_distance", x, smooth));
+        assert!((smooth - expected).abs() < 1e-6, "{smooth} at {x}");
+    }
+    let rough = |x| {
+        number(&ask(
+            "reflected_distance",
+            x,
+            r#","perceptual_roughness":0.5"#,
+        ))
+    };
+    let values = [0.0, 1.0, 2.0, 4.0].map(rough);
+    assert!(values.is_sorted_by(|a, b| a > b) && values[0] < 1.0 && values[3] > 0.0);
+    for (fault, message) in [
+        ("", "perceptual_roughness"),
+        (
+            r#","perceptual_roughness":0.5,"resolution":100"#,
+            "power of two",
+        ),
+        (r#","perceptual_roughness":0.5,"phi":0.5"#, "1 to 16"),
+    ] {
+        let answer = ask("reflected_distance", 0.0, fault);
+        let error = answer["error"].as_str().unwrap();
+        assert!(error.contains(message), "{error}");
+    }
+}

@@ -154,6 +154,23 @@ fn contradictions_are_refused_before_anything_is_read() {
             "-o {out}/a.png --specular ltc --inclusion winding-number",
             "reflected",
         ),
+        ("-o {out}/a.png --field-phi 2", "--specular"),
+        (
+            "-o {out}/a.png --specular reflected --smoothness 2",
+            "distance-field",
+        ),
+        (
+            "-o {out}/a.png --specular distance-field --field-resolution 100",
+            "power of two",
+        ),
+        (
+            "-o {out}/a.png --specular distance-field --field-phi nan",
+            "1 to 16",
+        ),
+        (
+            "-o {out}/a.png --specular distance-field --smoothness -1",
+            "more than 0",
+        ),
         ("-o {out}/a.png --size 0x0", "1440x900"),
         ("-o {out}/a.png --samples 0", "--samples"),
         ("-o {out}/a.png --exposure NaN", "-100"),

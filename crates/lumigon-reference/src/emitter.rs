@@ -75,14 +75,13 @@ impl Emitter {
         self.radiance
     }
 
-    /// RGB radiance of a point of it, as `point` sees it.
-    pub(crate) fn radiance_at(&self, point: DVec3, seen: &EmitterPoint) -> DVec3 {
-        let radiance = DVec3::from(self.radiance);
+    /// RGB radiance of a point of it.
+    pub fn radiance_at(&self, position: [f64; 3]) -> [f64; 3] {
         match &self.texture {
-            None => radiance,
+            None => self.radiance,
             Some(texture) => {
-                let place = point + seen.direction * seen.distance;
-                radiance * DVec3::from(texture.color(place.into()))
+                let color = texture.color(position);
+                std::array::from_fn(|i| self.radiance[i] * color[i])
             }
         }
     }

@@ -249,8 +249,9 @@ impl<S: Scene> Tracer<'_, S> {
     /// Reflected light over the sum of the densities with which the techniques find this point of this emitter.
     fn weighted(&self, vertex: &Vertex, index: usize, seen: &EmitterPoint) -> Lobes {
         let emitter = &self.scene.emitters()[index];
-        let radiance = emitter.radiance_at(vertex.position, seen);
-        let reflected = vertex.bsdf.evaluate(seen.direction) * radiance;
+        let place = vertex.position + seen.direction * seen.distance;
+        let radiance = self.scene.emitter_radiance(index, place.into());
+        let reflected = vertex.bsdf.evaluate(seen.direction) * DVec3::from(radiance);
         if reflected == Lobes::default() || !self.visible(vertex, seen.direction, seen.distance) {
             return Lobes::default();
         }

@@ -43,6 +43,12 @@ pub trait Scene: Sync {
     /// The polygon lights.
     fn emitters(&self) -> &[Emitter];
 
+    /// RGB radiance of the emitter with that index at a point of it, finite and not negative; its own unless the scene
+    /// knows better.
+    fn emitter_radiance(&self, emitter: usize, position: [f64; 3]) -> [f64; 3] {
+        self.emitters()[emitter].radiance_at(position)
+    }
+
     /// The lights without extent.
     fn punctual_lights(&self) -> &[PunctualLight];
 }

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lumigon::{
-    DiffuseMethod, ImageMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis,
-    SpecularMethod,
+    DiffuseMethod, DistanceFieldSettings, DistanceFieldSmoothness, ImageMethod, InclusionRule,
+    LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
 };
 use lumigon_renderer::{
     AlphaMode, Camera, CpuRenderer, EmissivePolygon, Filter, Gpu, GpuPreference, GpuRenderer,
@@ -37,6 +37,11 @@ fn scene_files() -> Vec<PathBuf> {
 fn load(name: &str) -> Scene {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     Scene::load(folder.join(name)).unwrap()
+}
+
+fn distances(resolution: u32, smoothness: DistanceFieldSmoothness) -> SpecularMethod {
+    let field = DistanceFieldSettings::new(resolution, 2.0, false).unwrap();
+    SpecularMethod::ReflectedDistanceField { field, smoothness }
 }
 
 fn small(samples: u32) -> RenderSettings {
@@ -142,6 +147,8 @@ fn every_method_looks_as_on_the_cpu() {
         SpecularMethod::ReflectedInclusion(InclusionRule::CrossingNumber),
         SpecularMethod::ReflectedInclusion(InclusionRule::WindingNumber),
         SpecularMethod::LightVector,
+        distances(64, DistanceFieldSmoothness::default()),
+        distances(16, DistanceFieldSmoothness::fixed(2.0).unwrap()),
     ]
     .map(|specular| (DiffuseMethod::default(), specular));
     for (diffuse, specular) in diffuse.into_iter().chain(specular) {
@@ -155,6 +162,35 @@ fn every_method_looks_as_on_the_cpu() {
         let cpu = cpu.render(&camera, &settings, Watch::none()).unwrap();
         let gpu = renderer.render(&camera, &settings, Watch::none()).unwrap();
         assert_same(&format!("{diffuse:?} {specular:?}"), &cpu, &gpu, 6);
+    }
+}
+
+/// Both backends refuse fields over their budget, and go on with what fits.
+#[test]
+fn distance_fields_have_a_budget() {
+    let scene = load("cornell.glb");
+    let camera = camera(&scene);
+    let renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let cpu = CpuRenderer::new(&scene);
+    let settings = |resolution, distance_field_budget| RenderSettings {
+        specular: distances(resolution, DistanceFieldSmoothness::default()),
+        distance_field_budget,
+        ..small(1)
+    };
+    for (resolution, budget, fits) in [(64, 1 << 20, true), (64, 100, false), (32, 1 << 20, true)] {
+        let settings = settings(resolution, budget);
+        for rendering in [
+            cpu.render(&camera, &settings, Watch::none()),
+            renderer.render(&camera, &settings, Watch::none()),
+        ] {
+            match rendering {
+                Ok(_) => assert!(fits),
+                Err(fault) => {
+                    let message = fault.to_string();
+                    assert!(!fits && message.contains("budget is 100"), "{message}");
+                }
+            }
+        }
     }
 }
 
@@ -183,6 +219,10 @@ fn every_layer_looks_as_on_the_cpu_by_every_method() {
                 occlusion,
             },
             SpecularMethod::ReflectedInclusion(InclusionRule::CrossingNumber),
+        ),
+        (
+            DiffuseMethod::default(),
+            distances(64, DistanceFieldSmoothness::default()),
         ),
     ] {
         let settings = RenderSettings {

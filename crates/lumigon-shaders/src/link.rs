@@ -15,6 +15,7 @@ pub const MODULES: &[(&str, &str)] = modules![
     "bound",
     "charlie",
     "clip",
+    "distance_field",
     "eon",
     "ggx",
     "ggx_polynomial",

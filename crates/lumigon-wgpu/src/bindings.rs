@@ -2,6 +2,7 @@
 
 use lumigon_shaders::LinkError;
 
+use crate::distance_fields::DistanceFieldBuffers;
 use crate::light_buffers::LightBuffers;
 use crate::tables::Tables;
 
@@ -22,6 +23,8 @@ pub const MODULES: &[(&str, &str)] = &[
 /// | 1 | `light_vertices` | read-only storage: [`VertexRecord`](crate::VertexRecord)s |
 /// | 2 | `ltc_tables` | 2D array texture, not filtered: [`Tables::isotropic`] |
 /// | 3 | `anisotropic_ltc_table` | 3D texture, not filtered: [`Tables::anisotropic`] |
+/// | 4 | `distance_fields` | read-only storage: [`DistanceFieldBuffers::texels`] |
+/// | 5 | `light_fields` | read-only storage: [`DistanceFieldBuffers::records`] |
 /// | 6 | `light_images` | read-only storage: [`ImageRecord`](crate::ImageRecord)s |
 /// | 7 | `light_image_texels` | read-only storage: texels of all images, four numbers each |
 #[must_use]
@@ -52,19 +55,40 @@ pub fn bind_group_layout(
             entry(1, storage),
             entry(2, texture(wgpu::TextureViewDimension::D2Array)),
             entry(3, texture(wgpu::TextureViewDimension::D3)),
+            entry(4, storage),
+            entry(5, storage),
             entry(6, storage),
             entry(7, storage),
         ],
     })
 }
 
-/// The bind group; to be made anew when [`LightBuffers::write`] says so.
+/// The bind group of lights without distance fields; to be made anew when [`LightBuffers::write`] says
+/// so.
 #[must_use]
 pub fn bind_group(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
     lights: &LightBuffers,
     tables: &Tables,
+) -> wgpu::BindGroup {
+    bind_group_with_fields(
+        device,
+        layout,
+        lights,
+        tables,
+        &DistanceFieldBuffers::none(device),
+    )
+}
+
+/// The same of lights with distance fields.
+#[must_use]
+pub fn bind_group_with_fields(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    lights: &LightBuffers,
+    tables: &Tables,
+    fields: &DistanceFieldBuffers,
 ) -> wgpu::BindGroup {
     let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
     device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -75,6 +99,8 @@ pub fn bind_group(
             entry(1, lights.vertices().as_entire_binding()),
             entry(2, wgpu::BindingResource::TextureView(tables.isotropic())),
             entry(3, wgpu::BindingResource::TextureView(tables.anisotropic())),
+            entry(4, fields.texels().as_entire_binding()),
+            entry(5, fields.records().as_entire_binding()),
             entry(6, lights.images().records().as_entire_binding()),
             entry(7, lights.images().texels().as_entire_binding()),
         ],

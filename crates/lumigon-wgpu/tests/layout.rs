@@ -2,7 +2,9 @@
 
 use std::mem::{offset_of, size_of};
 
-use lumigon_wgpu::{CLUSTER_LIGHTS, ImageRecord, LightRecord, MODULES, PolygonRecord};
+use lumigon_wgpu::{
+    CLUSTER_LIGHTS, ImageRecord, LightFieldRecord, LightRecord, MODULES, PolygonRecord,
+};
 
 struct Structs(naga::Module);
 
@@ -53,6 +55,10 @@ fn records_are_laid_out_as_the_shaders_have_them() {
         layout!(ImageRecord: corner, first_texel, edge_u, has_gaussian_levels, edge_v, size,
             greatest, gaussian)
     );
+    assert_eq!(
+        shaders.of("LightField"),
+        layout!(LightFieldRecord: light_to_field, first_texel, resolution, phi)
+    );
     // The list starts where its first record is aligned.
     assert_eq!(shaders.of("Lights").1, [("count", 0), ("list", 16)]);
 }
@@ -77,13 +83,18 @@ fn bindings_are_where_the_layout_has_them() {
         .collect();
     bindings.sort();
     let names = [
-        (0, "lights"),
-        (1, "light_vertices"),
-        (2, "ltc_tables"),
-        (3, "anisotropic_ltc_table"),
-        (6, "light_images"),
-        (7, "light_image_texels"),
+        "lights",
+        "light_vertices",
+        "ltc_tables",
+        "anisotropic_ltc_table",
+        "distance_fields",
+        "light_fields",
+        "light_images",
+        "light_image_texels",
     ];
-    let expected = names.map(|(i, name)| (0, i, name.to_owned()));
+    let expected: Vec<_> = (0..)
+        .zip(names)
+        .map(|(i, n)| (0, i, n.to_owned()))
+        .collect();
     assert_eq!(bindings, expected);
 }

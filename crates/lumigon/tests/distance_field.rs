@@ -35,7 +35,7 @@ fn ggx(light: &PolygonLight<f64>, point: Vec3<f64>, view: Vec3<f64>, alpha: f64)
     sum.iter().map(lobe).sum()
 }
 
-/// Root mean square errors for several factors to k_s, and of no reflection.
+/// Root mean square errors for several factors to the smoothness, and of no reflection.
 fn errors<const N: usize>(settings: DistanceFieldSettings, factors: [f32; N]) -> ([f64; N], f64) {
     let (mut errors, mut unlit, mut count) = ([0.0; N], 0.0, 0.0);
     for light in [

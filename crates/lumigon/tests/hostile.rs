@@ -11,10 +11,11 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use fearless_simd::{Level, Simd, dispatch};
 use lumigon::{
-    AnisotropicLtc, InclusionRule, Lanes, LocalOcclusion, Ltc, LtcTable, PolygonError,
-    PolygonLight, PreparedLtc, ProjectionBasis, Pyramid, Real, Sides, Vec3, circle_occlusion,
-    eon_cosine, form_factor, ggx_anisotropic_cosine, ggx_cosine, irradiance, light_direction,
-    light_vector, light_vector_above, ltc_form_factor, projected_area, reflected_inclusion,
+    AnisotropicLtc, DistanceField, DistanceFieldSettings, DistanceFieldSmoothness, InclusionRule,
+    Lanes, LocalOcclusion, Ltc, LtcTable, PlacedDistanceField, PolygonError, PolygonLight,
+    PreparedLtc, ProjectionBasis, Pyramid, Real, Sides, Vec3, circle_occlusion, eon_cosine,
+    form_factor, ggx_anisotropic_cosine, ggx_cosine, irradiance, light_direction, light_vector,
+    light_vector_above, ltc_form_factor, projected_area, reflected_distance, reflected_inclusion,
     solid_angle, solid_angle_above,
 };
 use polygons::{KINDS, Outlines, Placed, Random, SLIVER, Vector, hostile_normal};
@@ -36,7 +37,7 @@ enum Lanewise {
 use Lanewise::{Apart, Within};
 
 /// What is computed of a place: name, least and greatest value, agreement of lanes.
-const QUANTITIES: [(&str, f64, f64, Lanewise); 41] = [
+const QUANTITIES: [(&str, f64, f64, Lanewise); 43] = [
     ("irradiance", 0.0, PI, Within(3e-6)),
     ("form factor", 0.0, 1.0, Within(1e-6)),
     ("light vector, x", -PI, PI, Within(3e-6)),
@@ -78,6 +79,8 @@ const QUANTITIES: [(&str, f64, f64, Lanewise); 41] = [
     ("LTC form factor, any rows", 0.0, 1.0, Apart),
     ("GGX, anisotropic", 0.0, HUGE, Apart),
     ("EON", 0.0, HUGE, Apart),
+    ("reflected distance", 0.0, 1.0, Apart),
+    ("reflected distance, fixed", 0.0, 1.0, Apart),
 ];
 
 const BASES: [ProjectionBasis; 4] = [
@@ -101,7 +104,12 @@ struct Place<T> {
 
 /// Fills in [`QUANTITIES`], in their order.
 #[inline(always)]
-fn evaluate<T: Real>(light: &PolygonLight<T::Scalar>, place: &Place<T>, out: &mut [T]) {
+fn evaluate<T: Real>(
+    light: &PolygonLight<T::Scalar>,
+    field: &DistanceField,
+    place: &Place<T>,
+    out: &mut [T],
+) {
     let &Place {
         point,
         normal,
@@ -184,6 +192,15 @@ fn evaluate<T: Real>(light: &PolygonLight<T::Scalar>, place: &Place<T>, out: &mu
     let widths = [alpha, alpha.constant(0.3)];
     out[39] = ggx_anisotropic_cosine(widths, tangent, bitangent, normal, view, towards);
     out[40] = eon_cosine(lobe.amplitude, alpha, normal, view, towards);
+    let placed = PlacedDistanceField::own(field);
+    let fixed = DistanceFieldSmoothness::fixed(2.0).unwrap_or_default();
+    for (i, smoothness) in [DistanceFieldSmoothness::default(), fixed]
+        .into_iter()
+        .enumerate()
+    {
+        let smoothness = std::hint::black_box(smoothness);
+        out[41 + i] = reflected_distance(light, placed, point, normal, view, alpha, smoothness);
+    }
 }
 
 type Values = [f32; QUANTITIES.len()];
@@ -193,6 +210,7 @@ type Values = [f32; QUANTITIES.len()];
 fn evaluate_lanes<S: Simd>(
     simd: S,
     light: &PolygonLight<f32>,
+    field: &DistanceField,
     places: &[Place<f32>],
     values: &mut [Values],
 ) {
@@ -224,7 +242,7 @@ fn evaluate_lanes<S: Simd>(
                 schlick: gather(&|p| p.lobe.schlick),
             },
         };
-        evaluate(light, &place, &mut out);
+        evaluate(light, field, &place, &mut out);
         for (i, lanes) in out.iter().enumerate() {
             let mut list = [0.0_f32; 16];
             lanes.store(&mut list);
@@ -237,23 +255,31 @@ fn evaluate_lanes<S: Simd>(
 
 /// Compiled once for each level of the processor.
 #[inline(never)]
-fn in_lanes(light: &PolygonLight<f32>, places: &[Place<f32>]) -> Vec<Values> {
+fn in_lanes(
+    light: &PolygonLight<f32>,
+    field: &DistanceField,
+    places: &[Place<f32>],
+) -> Vec<Values> {
     let mut values = vec![[0.0; QUANTITIES.len()]; places.len()];
-    dispatch!(Level::new(), simd => evaluate_lanes(simd, light, places, &mut values));
+    dispatch!(Level::new(), simd => evaluate_lanes(simd, light, field, places, &mut values));
     values
 }
 
 #[inline(never)]
-fn in_f32(light: &PolygonLight<f32>, place: &Place<f32>) -> Values {
+fn in_f32(light: &PolygonLight<f32>, field: &DistanceField, place: &Place<f32>) -> Values {
     let mut values = [0.0; QUANTITIES.len()];
-    evaluate(light, place, &mut values);
+    evaluate(light, field, place, &mut values);
     values
 }
 
 #[inline(never)]
-fn in_f64(light: &PolygonLight<f64>, place: &Place<f64>) -> [f64; QUANTITIES.len()] {
+fn in_f64(
+    light: &PolygonLight<f64>,
+    field: &DistanceField,
+    place: &Place<f64>,
+) -> [f64; QUANTITIES.len()] {
     let mut values = [0.0; QUANTITIES.len()];
-    evaluate(light, place, &mut values);
+    evaluate(light, field, place, &mut values);
     values
 }
 
@@ -398,10 +424,16 @@ fn fault(i: usize, value: f64, slack: f64) -> Option<String> {
 
 /// Quantities that are dark behind a one-sided light.
 fn is_light(i: usize) -> bool {
-    (0..13).contains(&i) || i == 14 || (17..25).contains(&i) || (32..36).contains(&i)
+    (0..13).contains(&i) || i == 14 || (17..25).contains(&i) || (32..36).contains(&i) || i > 40
 }
 
 const PLACES: usize = 48;
+
+/// Coarse: there are thousands of lights.
+fn field_of(light: &PolygonLight<f64>) -> DistanceField {
+    let settings = DistanceFieldSettings::new(8, 2.0, true);
+    DistanceField::new(light, settings.unwrap())
+}
 
 #[test]
 fn ten_million_hostile_evaluations() {
@@ -429,7 +461,8 @@ fn ten_million_hostile_evaluations() {
             .map(|_| hostile_place(&placed, &table, &mut random))
             .collect();
         let singles: Vec<_> = places.iter().map(Place::single).collect();
-        let lanes = in_lanes(&light32, &singles);
+        let field = field_of(&light);
+        let lanes = in_lanes(&light32, &field, &singles);
         let complain =
             |number: &'static str, what: &'static str, fault: String, place: &Place<f64>| {
                 let example = || format!("{fault}; case {case}, {place:?}, {placed:?}");
@@ -441,8 +474,8 @@ fn ten_million_hostile_evaluations() {
                     .or_insert_with(|| (1, example()));
             };
         for ((place, single), lanes) in places.iter().zip(&singles).zip(&lanes) {
-            let scalar = in_f32(&light32, single);
-            let exact = in_f64(&light, place);
+            let scalar = in_f32(&light32, &field, single);
+            let exact = in_f64(&light, &field, place);
             let height = placed.axes[2].dot(place.point - placed.origin) / placed.size;
             let dark = sides == Sides::Front && height < -1e-3;
             let nearness = placed.distance_to_edges(double(single.point)).min(1.0);
@@ -534,10 +567,11 @@ fn not_a_number_is_no_panic() {
             })
             .collect();
         let singles: Vec<_> = places.iter().map(Place::single).collect();
-        std::hint::black_box(in_lanes(&light32, &singles));
+        let field = field_of(&light);
+        std::hint::black_box(in_lanes(&light32, &field, &singles));
         for (place, single) in places.iter().zip(&singles) {
-            std::hint::black_box(in_f64(&light, place));
-            std::hint::black_box(in_f32(&light32, single));
+            std::hint::black_box(in_f64(&light, &field, place));
+            std::hint::black_box(in_f32(&light32, &field, single));
         }
         std::hint::black_box(table.lookup(f32::NAN, f32::NEG_INFINITY));
     }

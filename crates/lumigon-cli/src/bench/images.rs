@@ -239,6 +239,13 @@ fn shade_simd<S: Simd>(simd: S, kernel: Kernel, method: Option<ImageMethod>, sce
     }
 }
 
+#[inline(always)]
+fn add<T: Real>(sum: &mut [T; 3], factor: T, color: [T; 3]) {
+    for (sum, color) in sum.iter_mut().zip(color) {
+        *sum = color.mul_add(factor, *sum);
+    }
+}
+
 /// One pixel under all lights.
 #[inline(always)]
 fn shade<T: Real<Scalar = f32>>(
@@ -251,12 +258,6 @@ fn shade<T: Real<Scalar = f32>>(
     let normal = Vec3::new(zero, one, zero);
     let view = Vec3::new(point.x.constant(0.8), point.x.constant(0.6), zero);
     let mut sum = [zero; 3];
-    let mut add = #[inline(always)]
-    |factor: T, color: [T; 3]| {
-        for (sum, color) in sum.iter_mut().zip(color) {
-            *sum = color.mul_add(factor, *sum);
-        }
-    };
     match kernel {
         Kernel::Diffuse => {
             for Shown { polygon, image } in &scene.lights {
@@ -267,7 +268,7 @@ fn shade<T: Real<Scalar = f32>>(
                     }
                     None => [one; 3],
                 };
-                add(irradiance(polygon, point, normal), color);
+                add(&mut sum, irradiance(polygon, point, normal), color);
             }
         }
         Kernel::Ltc => {
@@ -283,7 +284,7 @@ fn shade<T: Real<Scalar = f32>>(
                     Some(method) => ltc_mean_image(polygon, image, point, &lobe, method),
                     None => [one; 3],
                 };
-                add(ltc_form_factor(polygon, point, &lobe), color);
+                add(&mut sum, ltc_form_factor(polygon, point, &lobe), color);
             }
         }
     }

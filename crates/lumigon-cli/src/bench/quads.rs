@@ -2,7 +2,10 @@
 
 use std::time::Instant;
 
-use lumigon::{DiffuseMethod, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod};
+use lumigon::{
+    DiffuseMethod, DistanceFieldSettings, DistanceFieldSmoothness, LocalOcclusion, LtcLobes,
+    ProjectionBasis, SpecularMethod,
+};
 use lumigon_renderer::{CpuRenderer, RenderSettings, Scene, Watch};
 use serde::Serialize;
 
@@ -39,12 +42,17 @@ pub(super) fn measure(interrupt: &Interrupt) -> Result<Vec<QuadFigures>, Failure
     let two = SpecularMethod::Ltc {
         lobes: LtcLobes::Two,
     };
+    let distances = SpecularMethod::ReflectedDistanceField {
+        field: DistanceFieldSettings::default(),
+        smoothness: DistanceFieldSmoothness::default(),
+    };
     let mut figures = Vec::new();
     for (diffuse_name, diffuse) in methods() {
         for (specular_name, specular) in [
             ("", SpecularMethod::None),
             (" + LTC", SpecularMethod::default()),
             (" + LTC, two lobes", two),
+            (" + distance field", distances),
         ] {
             let mut milliseconds = Vec::new();
             for (count, scene) in &scenes {

@@ -8,7 +8,7 @@ use super::false_color::FalseColor;
 use super::label::Label;
 
 /// Columns of the sheet: a reference, and four methods beside it.
-pub(super) const COLUMNS: u32 = 5;
+pub(crate) const COLUMNS: u32 = 5;
 const GAP: u32 = 20;
 const THUMBNAIL: u32 = 480;
 const MARGIN: u32 = 36;
@@ -22,32 +22,32 @@ const FADED: Rgb<u8> = Rgb([164, 168, 180]);
 
 /// Pictures of one part of the light, with the scale of their differences.
 #[derive(Clone, Debug)]
-pub(super) struct Section {
+pub(crate) struct Section {
     /// Its heading.
-    pub(super) title: String,
+    pub(crate) title: String,
     /// The scale of its differences.
-    pub(super) scale: FalseColor,
+    pub(crate) scale: FalseColor,
     /// Its pictures in rows of five, the first column the references; gaps are empty.
-    pub(super) cells: Vec<Option<Cell>>,
+    pub(crate) cells: Vec<Option<Cell>>,
 }
 
 /// One picture with its difference and its numbers.
 #[derive(Clone, Debug)]
-pub(super) struct Cell {
+pub(crate) struct Cell {
     /// Names the picture.
-    pub(super) id: &'static str,
+    pub(crate) id: &'static str,
     /// The method's name.
-    pub(super) title: String,
+    pub(crate) title: String,
     /// The picture.
-    pub(super) picture: RgbImage,
+    pub(crate) picture: RgbImage,
     /// Its difference from the reference; none for the reference itself.
-    pub(super) difference: Option<RgbImage>,
+    pub(crate) difference: Option<RgbImage>,
     /// Its numbers, in words.
-    pub(super) numbers: String,
+    pub(crate) numbers: String,
 }
 
 /// The size that a picture has on the sheet: 480 pixels across, or 640 down where that is less.
-pub(super) fn thumbnail_size((width, height): (u32, u32)) -> (u32, u32) {
+pub(crate) fn thumbnail_size((width, height): (u32, u32)) -> (u32, u32) {
     let (w, h) = (f64::from(width.max(1)), f64::from(height.max(1)));
     let scale = (f64::from(THUMBNAIL) / w).min(640.0 / h);
     let side = |length: f64| (length * scale).round().max(1.0) as u32;
@@ -55,7 +55,7 @@ pub(super) fn thumbnail_size((width, height): (u32, u32)) -> (u32, u32) {
 }
 
 /// A picture in its size on the sheet.
-pub(super) fn thumbnail(picture: &RgbImage) -> RgbImage {
+pub(crate) fn thumbnail(picture: &RgbImage) -> RgbImage {
     let (width, height) = thumbnail_size(picture.dimensions());
     // Small pictures keep their pixels' edges: what is seen is what was rendered.
     let filter = if width > picture.width() {
@@ -70,7 +70,7 @@ pub(super) fn thumbnail(picture: &RgbImage) -> RgbImage {
 ///
 /// # Errors
 /// Where the built-in font is broken.
-pub(super) fn contact_sheet(
+pub(crate) fn contact_sheet(
     title: &str,
     facts: &str,
     sections: &[Section],
@@ -176,7 +176,7 @@ fn draw_legend(sheet: &mut RgbImage, label: &Label, (x, y): (u32, u32), scale: F
 }
 
 /// The scale of differences as a bar, too dark on the left.
-pub(super) fn legend(width: u32, height: u32, scale: FalseColor) -> RgbImage {
+pub(crate) fn legend(width: u32, height: u32, scale: FalseColor) -> RgbImage {
     RgbImage::from_fn(width, height, |x, _| {
         let place = (f64::from(x) + 0.5) / f64::from(width);
         scale.color(scale.difference_at(place))
@@ -184,7 +184,7 @@ pub(super) fn legend(width: u32, height: u32, scale: FalseColor) -> RgbImage {
 }
 
 /// A difference with its sign, without needless digits.
-pub(super) fn signed(difference: f64) -> String {
+pub(crate) fn signed(difference: f64) -> String {
     let magnitude = difference.abs();
     let digits = if magnitude == 0.0 || (1e-3..1e5).contains(&magnitude) {
         // Four significant digits are enough for a quarter of 1, 2 or 5.

@@ -9,7 +9,7 @@ use crate::report_folder::FolderError;
 
 /// Why there is no report.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum CompareError {
+pub(crate) enum CompareError {
     /// The scene could not be rendered.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -47,7 +47,7 @@ pub(super) enum CompareError {
 }
 
 impl CompareError {
-    pub(super) fn io(path: &Path, source: io::Error) -> Self {
+    pub(crate) fn io(path: &Path, source: io::Error) -> Self {
         Self::Io {
             path: path.to_owned(),
             source,

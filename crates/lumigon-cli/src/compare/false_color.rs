@@ -6,15 +6,15 @@ use image::{Rgb, RgbImage};
 /// too bright. The square root of the difference chooses the colour, so that small differences
 /// show beside large ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct FalseColor {
+pub(crate) struct FalseColor {
     /// The difference at either end of the scale; above 0.
-    pub(super) limit: f64,
+    pub(crate) limit: f64,
 }
 
 impl FalseColor {
     /// A scale fit for differences from `reference`: its end is half of the luminance that 95 % of
     /// the lit pixels stay below, rounded up to 1, 2 or 5 times a power of ten.
-    pub(super) fn for_reference(reference: &[[f32; 3]]) -> Self {
+    pub(crate) fn for_reference(reference: &[[f32; 3]]) -> Self {
         let mut lit: Vec<f64> = reference
             .iter()
             .map(|&p| luminance(p))
@@ -31,7 +31,7 @@ impl FalseColor {
     }
 
     /// The colour of one difference of luminance.
-    pub(super) fn color(self, difference: f64) -> Rgb<u8> {
+    pub(crate) fn color(self, difference: f64) -> Rgb<u8> {
         if difference.is_nan() {
             return Rgb([255, 0, 255]);
         }
@@ -42,7 +42,7 @@ impl FalseColor {
     }
 
     /// The picture of `picture - reference`; magenta where that is not a number.
-    pub(super) fn image(
+    pub(crate) fn image(
         self,
         (width, height): (u32, u32),
         picture: &[[f32; 3]],
@@ -57,7 +57,7 @@ impl FalseColor {
     }
 
     /// The differences that a legend names, as (place from 0 to 1, difference).
-    pub(super) fn ticks(self) -> [(f64, f64); 5] {
+    pub(crate) fn ticks(self) -> [(f64, f64); 5] {
         [-1.0, -0.25, 0.0, 0.25, 1.0].map(|share: f64| {
             let place = 0.5 + 0.5 * share.abs().sqrt().copysign(share);
             (place, share * self.limit)
@@ -65,7 +65,7 @@ impl FalseColor {
     }
 
     /// The difference at a place from 0 to 1 along the scale.
-    pub(super) fn difference_at(self, place: f64) -> f64 {
+    pub(crate) fn difference_at(self, place: f64) -> f64 {
         let signed_root = 2.0 * place - 1.0;
         self.limit * signed_root * signed_root.abs()
     }

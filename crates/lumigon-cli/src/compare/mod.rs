@@ -1,8 +1,8 @@
 //! `lumigon compare`: every method beside the path-traced truth, in pictures and numbers.
 
-mod contact_sheet;
-mod error;
-mod false_color;
+pub(crate) mod contact_sheet;
+pub(crate) mod error;
+pub(crate) mod false_color;
 mod label;
 mod machine;
 mod method;

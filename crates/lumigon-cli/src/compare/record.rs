@@ -41,6 +41,8 @@ pub(super) struct SceneRecord {
     pub(super) triangles: usize,
     /// Flat emissive faces.
     pub(super) polygon_lights: usize,
+    /// Those that show a picture.
+    pub(super) light_images: usize,
     /// Point, spot and directional lights.
     pub(super) punctual_lights: usize,
     /// What the file asks for and is not done.

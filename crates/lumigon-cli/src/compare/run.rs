@@ -7,8 +7,8 @@ use std::time::Instant;
 use image::RgbImage;
 use lumigon::SpecularMethod;
 use lumigon_renderer::{
-    Camera, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings, Scene,
-    Watch, srgb8, write_exr,
+    Camera, EmissivePolygon, Pixels, ReferenceRendering, ReferenceSettings, RenderError,
+    RenderSettings, Scene, Watch, srgb8, write_exr,
 };
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageRgb8};
 
@@ -44,11 +44,9 @@ pub(super) fn fill(
     interrupt: &Interrupt,
 ) -> Result<(), CompareError> {
     let bias = command.bias.unwrap_or_else(|| default_bias(&scene));
-    let images = scene
-        .polygon_lights
-        .iter()
-        .any(|light| light.image.is_some());
-    let methods = methods(bias, images);
+    let shows = |light: &&EmissivePolygon| light.image.is_some();
+    let light_images = scene.polygon_lights.iter().filter(shows).count();
+    let methods = methods(bias, light_images > 0);
     let lights = std::mem::take(&mut scene.polygon_lights);
     let unlit = scene.clone();
     scene.polygon_lights = lights;
@@ -100,6 +98,7 @@ pub(super) fn fill(
             path: command.scene.display().to_string(),
             triangles: scene.meshes.iter().map(|m| m.triangles.len()).sum(),
             polygon_lights: scene.polygon_lights.len(),
+            light_images,
             punctual_lights: scene.punctual_lights.len(),
             warnings: scene.warnings.clone(),
         },

@@ -12,7 +12,8 @@ use lumigon_reference::{Polygon, Tolerance};
 use serde::Serialize;
 
 use super::Precision;
-use super::question::{Quantity, Question, QuestionError, TableName};
+use super::mirror;
+use super::question::{Quantity, Question, QuestionError, TableName, Texture};
 
 /// A number in the precision it was computed in: the shortest digits that give it back.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -85,7 +86,7 @@ pub struct Answer {
 }
 
 impl Answer {
-    fn new(value: impl Into<Value>) -> Self {
+    pub(super) fn new(value: impl Into<Value>) -> Self {
         Self {
             value: value.into(),
             schlick: None,
@@ -93,7 +94,7 @@ impl Answer {
         }
     }
 
-    fn with_schlick(self, schlick: impl Into<Value>) -> Self {
+    pub(super) fn with_schlick(self, schlick: impl Into<Value>) -> Self {
         Self {
             schlick: Some(schlick.into()),
             ..self
@@ -158,7 +159,7 @@ pub(super) fn write(answer: &Result<Answer, QuestionError>, out: &mut Vec<u8>) {
 }
 
 /// What a light shows, if it is not uniform.
-struct Shown<S> {
+pub(super) struct Shown<S> {
     image: Option<LightImage<S>>,
     method: ImageMethod,
 }
@@ -168,18 +169,18 @@ impl<S: Scalar + Into<Number>> Shown<S> {
         let texture = question.texture.as_ref();
         Ok(Self {
             image: texture.map(|texture| texture.image(light)).transpose()?,
-            method: texture.map_or_else(ImageMethod::default, |texture| texture.method()),
+            method: texture.map_or_else(ImageMethod::default, Texture::method),
         })
     }
 
     /// The mean colour by a method; white without an image.
-    fn mean(&self, mean: impl FnOnce(&LightImage<S>, ImageMethod) -> [S; 3]) -> [S; 3] {
+    pub(super) fn mean(&self, mean: impl FnOnce(&LightImage<S>, ImageMethod) -> [S; 3]) -> [S; 3] {
         let image = self.image.as_ref();
         image.map_or([S::from_f64(1.0); 3], |image| mean(image, self.method))
     }
 
     /// A colour with an image, a number without.
-    fn value(&self, color: [S; 3]) -> Value {
+    pub(super) fn value(&self, color: [S; 3]) -> Value {
         match self.image {
             Some(_) => Value::Vector(color.map(Into::into)),
             None => color[0].into().into(),
@@ -236,6 +237,8 @@ fn closed_form<S: Scalar + Into<Number>>(
             weighted(value, normal()?, by_area)
         }
         Quantity::Ltc => ltc(question, light, &shown, point)?,
+        Quantity::ReflectedInclusion => mirror::inclusion(question, light, &shown, point)?,
+        Quantity::ReflectedDistance => mirror::distance(question, light, &shown, point)?,
         Quantity::Ggx | Quantity::GgxAnisotropic | Quantity::Charlie | Quantity::Eon => {
             unreachable!("answered by cubature")
         }

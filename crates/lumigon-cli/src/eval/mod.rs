@@ -2,6 +2,7 @@
 
 mod answer;
 mod lines;
+mod mirror;
 mod question;
 
 use std::fs::File;
@@ -35,21 +36,24 @@ A question is one line:
                         clockwise; radiance is 1
   point                 [x,y,z], the shading point
   quantity              irradiance, form_factor, light_vector (unclipped), solid_angle (unclipped),
-                        projected_area, ltc (a fitted table), or a BRDF itself by cubature: ggx,
+                        projected_area, ltc (a fitted table), reflected_inclusion and
+                        reflected_distance (of the mirrored view), or a BRDF itself by cubature: ggx,
                         ggx_anisotropic, charlie, eon
   normal                [x,y,z], unit; all but light_vector and solid_angle want it
-  view                  [x,y,z], unit, from the point to the viewer (ltc and BRDFs)
+  view                  [x,y,z], unit, from the point to the viewer (ltc, mirrored views and BRDFs)
   two_sided             true or false, false unless given
   table                 of ltc: ggx, ggx-2 (two lobes), ggx-anisotropic, charlie or eon; ggx unless
                         given
   basis                 centroid, weighted, biased or optimal (projected_area)
   bias                  how far behind the point, 0.5 unless given (basis biased)
   occlusion             exact or circle, exact unless given (projected_area)
+  resolution, phi       of the distance field, 128 and 2 unless given (reflected_distance)
+  smoothness            k of 1/(1 + d)^k, from the roughness unless given (reflected_distance)
   texture               what the light shows: {\"texels\":[[[r,g,b], ...], ...], rows of linear RGB,
                         \"corner\":[x,y,z] of the first, \"edge_u\":[x,y,z] along the rows,
                         \"edge_v\":[x,y,z] down the columns, \"method\": lookup, 1x1, 2x2, 3x3 or 4x4,
                         2x2 unless given}; rows and columns are powers of two, and the value is RGB
-A BRDF, and ltc with its table, want their own numbers from 0 to 1:
+A BRDF, and ltc with its table, want their own numbers from 0 to 1; reflected_distance wants ggx's:
   ggx                   perceptual_roughness, the square root of alpha
   ggx_anisotropic       the same, anisotropy_strength as in KHR_materials_anisotropy, and tangent,
                         [x,y,z], unit, along the greater width

@@ -18,6 +18,8 @@ pub(super) enum Quantity {
     SolidAngle,
     ProjectedArea,
     Ltc,
+    ReflectedInclusion,
+    ReflectedDistance,
     Ggx,
     GgxAnisotropic,
     Charlie,
@@ -76,6 +78,12 @@ pub(super) struct Question {
     pub(super) occlusion: Occlusion,
     #[serde(default)]
     pub(super) texture: Option<Texture>,
+    #[serde(default)]
+    pub(super) resolution: Option<u32>,
+    #[serde(default)]
+    pub(super) phi: Option<f32>,
+    #[serde(default)]
+    pub(super) smoothness: Option<f32>,
 }
 
 /// What the light shows.
@@ -198,6 +206,9 @@ pub enum QuestionError {
     /// The loops are no polygon.
     #[error("`loops`: {0}")]
     Polygon(#[from] lumigon::PolygonError),
+    /// The distance field cannot be baked or read so.
+    #[error("{0}")]
+    DistanceField(#[from] lumigon::DistanceFieldError),
     /// The loops are no polygon that cubature can integrate over.
     #[error("`loops`: {0}")]
     ReferencePolygon(#[from] lumigon_reference::PolygonError),

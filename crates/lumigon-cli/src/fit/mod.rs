@@ -7,6 +7,7 @@ use crate::Failure;
 mod export;
 mod polynomial;
 mod report;
+pub(crate) use report::theme;
 mod table_fit;
 mod unfinished;
 

@@ -125,6 +125,12 @@ impl<'a> CpuRenderer<'a> {
             _ => None,
         };
         let fields: Vec<_> = fields.iter().flat_map(|fields| fields.iter()).collect();
+        let frame = Frame {
+            camera,
+            settings,
+            samples: &samples,
+            fields: &fields,
+        };
         let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
         let total = u64::from(columns) * u64::from(rows);
         let done = AtomicU64::new(0);
@@ -136,7 +142,7 @@ impl<'a> CpuRenderer<'a> {
                 }
                 let (column, row) = (i % u64::from(columns), i / u64::from(columns));
                 let (x, y) = (column as u32 * TILE, row as u32 * TILE);
-                let tile = self.tile(camera, settings, &samples, &fields, [x, y], hits, watch)?;
+                let tile = self.tile(frame, [x, y], hits, watch)?;
                 (watch.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
                 Some(tile)
             })
@@ -175,14 +181,17 @@ impl<'a> CpuRenderer<'a> {
     /// work was cancelled. `hits` lends its memory.
     fn tile(
         &self,
-        camera: &Camera,
-        settings: &RenderSettings,
-        samples: &[[f64; 2]],
-        fields: &[PlacedDistanceField<'_, f32>],
+        frame: Frame<'_>,
         [x, y]: [u32; 2],
         hits: &mut Hits,
         watch: Watch<'_>,
     ) -> Option<Tile> {
+        let Frame {
+            camera,
+            settings,
+            samples,
+            ..
+        } = frame;
         let mut tile = Tile::new(
             [x, y],
             TILE.min(settings.width - x),
@@ -213,7 +222,7 @@ impl<'a> CpuRenderer<'a> {
                     }
                 }
             }
-            self.shade(hits, settings, fields, share, &mut tile);
+            self.shade(hits, frame, share, &mut tile);
         }
         Some(tile)
     }
@@ -233,14 +242,10 @@ impl<'a> CpuRenderer<'a> {
     }
 
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
-    fn shade(
-        &self,
-        hits: &Hits,
-        settings: &RenderSettings,
-        fields: &[PlacedDistanceField<'_, f32>],
-        share: f32,
-        tile: &mut Tile,
-    ) {
+    fn shade(&self, hits: &Hits, frame: Frame<'_>, share: f32, tile: &mut Tile) {
+        let Frame {
+            settings, fields, ..
+        } = frame;
         let methods = shade::Methods {
             diffuse: settings.diffuse,
             specular: settings.specular,
@@ -263,6 +268,17 @@ impl<'a> CpuRenderer<'a> {
             }
         }
     }
+}
+
+/// What all tiles of a picture have in common.
+#[derive(Clone, Copy)]
+struct Frame<'a> {
+    camera: &'a Camera,
+    settings: &'a RenderSettings,
+    /// Where in a pixel its rays go.
+    samples: &'a [[f64; 2]],
+    /// The lights' distance fields, for the method that reads them.
+    fields: &'a [PlacedDistanceField<'a, f32>],
 }
 
 /// A finished part of the picture.

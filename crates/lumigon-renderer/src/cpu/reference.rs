@@ -12,13 +12,15 @@ use super::geometry::Geometry;
 use super::material::{LayeredMaterial, emitted};
 use super::pixel_samples::pixel_samples;
 use crate::render::{Pixels, ReferenceRendering, ReferenceSettings, RenderError, Rendering, Watch};
-use crate::scene::{Camera, PunctualKind, Scene};
+use crate::scene::{Camera, EmissiveImage, PunctualKind, Scene};
 
 /// A scene as the path tracer asks for it.
 struct TracedScene<'a> {
     scene: &'a Scene,
     geometry: &'a Geometry,
     emitters: Vec<Emitter>,
+    /// What each of them shows.
+    images: Vec<Option<&'a EmissiveImage>>,
     punctual_lights: Vec<PunctualLight>,
 }
 
@@ -67,6 +69,17 @@ impl lumigon_reference::Scene for TracedScene<'_> {
         &self.emitters
     }
 
+    fn emitter_radiance(&self, emitter: usize, position: [f64; 3]) -> [f64; 3] {
+        match self.images[emitter] {
+            Some(image) => {
+                // The texture as the camera sees it, not what the closed forms make of it.
+                let color = image.color(&self.scene.textures, position);
+                double(image.strength * Vec3::from(color))
+            }
+            None => self.emitters[emitter].radiance(),
+        }
+    }
+
     fn punctual_lights(&self) -> &[PunctualLight] {
         &self.punctual_lights
     }
@@ -80,10 +93,12 @@ pub(super) fn render(
     settings: &ReferenceSettings,
     watch: Watch<'_>,
 ) -> Result<ReferenceRendering, RenderError> {
+    let (emitters, images) = emitters(scene);
     let traced = TracedScene {
         scene,
         geometry,
-        emitters: emitters(scene),
+        emitters,
+        images,
         punctual_lights: scene.punctual_lights.iter().map(punctual).collect(),
     };
     let (width, height) = (settings.width, settings.height);
@@ -150,19 +165,17 @@ pub(super) fn render(
     })
 }
 
-fn emitters(scene: &Scene) -> Vec<Emitter> {
+fn emitters(scene: &Scene) -> (Vec<Emitter>, Vec<Option<&EmissiveImage>>) {
     // Outlines that the path tracer cannot triangulate were refused when the lights were prepared.
     scene
         .polygon_lights
         .iter()
         .filter_map(|light| {
             let polygon = Polygon::new(&light.loops, light.two_sided).ok()?;
-            Some(Emitter::new(
-                polygon,
-                light.radiance.to_array().map(f64::from),
-            ))
+            let mean = light.radiance.to_array().map(f64::from);
+            Some((Emitter::new(polygon, mean), light.image.as_ref()))
         })
-        .collect()
+        .unzip()
 }
 
 fn punctual(light: &crate::scene::PunctualLight) -> PunctualLight {

@@ -53,6 +53,9 @@ pub enum GpuError {
     /// The lights or their images are more than the device's buffers hold.
     #[error(transparent)]
     Lights(#[from] lumigon_wgpu::LightBuffersError),
+    /// The lights' distance fields are more than the device's buffers hold.
+    #[error(transparent)]
+    TooManyFields(#[from] lumigon_wgpu::TooManyFields),
     /// The device does not finish its work.
     #[error(
         "the GPU has not answered for {seconds} s: its driver may hang; restart it, or use the CPU"

@@ -6,14 +6,17 @@ use std::ops::Range;
 use std::sync::OnceLock;
 
 use bytemuck::{Pod, Zeroable};
+use lumigon::{ImageMethod, SpecularMethod};
 use lumigon_wgpu::{
     CLUSTER_LIGHTS, ClusterRecord, ImageColors, Light, LightBuffers, ReplaceImageError,
     TableFormat, Tables, clusters, light_power, order_by_place,
 };
 
 use super::device::Gpu;
+use super::distance_fields::FieldCache;
 use super::error::GpuError;
 use crate::prepared_lights::PreparedLights;
+use crate::render::{RenderError, RenderSettings};
 use crate::scene::{EmissivePolygon, PunctualKind, PunctualLight, Texture};
 
 /// Polygon lights with their tables, and lights without extent.
@@ -28,11 +31,12 @@ pub(super) struct Lighting {
     /// Colours that images were replaced with, which `lights` does not know.
     replaced: BTreeMap<usize, Replaced>,
     /// The same lights with the levels of the conventional lookup, made when it is asked for.
-    conventional: OnceLock<(LightBuffers, wgpu::BindGroup)>,
+    conventional: OnceLock<LightBuffers>,
     /// Of [`ClusterRecord`]s.
     pub(super) clusters: wgpu::Buffer,
     pub(super) punctual: wgpu::Buffer,
     pub(super) punctual_count: u32,
+    fields: FieldCache,
     pub(super) warnings: Vec<String>,
 }
 
@@ -104,10 +108,39 @@ impl Lighting {
             clusters: gpu.storage("light clusters", &clusters(&lights))?,
             punctual: gpu.storage("lights without extent", &records)?,
             punctual_count: records.len() as u32,
+            fields: FieldCache::new(&lights),
             lights,
             sources,
             warnings,
         })
+    }
+
+    /// The bind group for a picture: with the distance fields and the levels of the conventional lookup
+    /// that it needs, if any.
+    pub(super) fn bind_group_for(
+        &self,
+        gpu: &Gpu,
+        settings: &RenderSettings,
+    ) -> Result<wgpu::BindGroup, RenderError> {
+        let is_conventional = self.has_images() && settings.image_method == ImageMethod::Lookup;
+        let lights = if is_conventional {
+            gpu.guarded("light images", || self.conventional(gpu))?
+        } else {
+            &self.polygons
+        };
+        let (device, layout, tables) = (gpu.device(), &self.layout, &self.tables);
+        let SpecularMethod::ReflectedDistanceField { field, .. } = settings.specular else {
+            return Ok(if is_conventional {
+                lumigon_wgpu::bind_group(device, layout, lights, tables)
+            } else {
+                self.bind_group.clone()
+            });
+        };
+        let budget = settings.distance_field_budget;
+        self.fields
+            .get(gpu, &self.polygons, field, budget, |fields| {
+                lumigon_wgpu::bind_group_with_fields(device, layout, lights, tables, fields)
+            })
     }
 
     /// Edges of all polygons, as many again as they have loops, and what `taps` by `taps` taps of
@@ -148,17 +181,10 @@ impl Lighting {
         !self.polygons.images().is_empty()
     }
 
-    /// The bind group, with the levels of the conventional lookup where that is asked for.
-    pub(super) fn bind_group(
-        &self,
-        gpu: &Gpu,
-        conventional_images: bool,
-    ) -> Result<&wgpu::BindGroup, GpuError> {
-        if !conventional_images {
-            return Ok(&self.bind_group);
-        }
-        if let Some((_, group)) = self.conventional.get() {
-            return Ok(group);
+    /// The lights with the levels of the conventional lookup.
+    fn conventional(&self, gpu: &Gpu) -> Result<&LightBuffers, GpuError> {
+        if let Some(buffers) = self.conventional.get() {
+            return Ok(buffers);
         }
         let mut lights = self.lights.clone();
         for (i, light) in lights.iter_mut().enumerate() {
@@ -170,11 +196,8 @@ impl Lighting {
                 image.filter_gaussian_levels();
             }
         }
-        let (device, queue) = (gpu.device(), gpu.queue());
-        let buffers = LightBuffers::new(device, queue, &lights)?;
-        let group = lumigon_wgpu::bind_group(device, &self.layout, &buffers, &self.tables);
-        let (_, group) = self.conventional.get_or_init(|| (buffers, group));
-        Ok(group)
+        let buffers = LightBuffers::new(gpu.device(), gpu.queue(), &lights)?;
+        Ok(self.conventional.get_or_init(|| buffers))
     }
 
     /// Shows other colours on light `light` of the scene.
@@ -243,6 +266,7 @@ impl Lighting {
         } else {
             queue.write_buffer(&self.clusters, 0, bytes);
         }
+        self.fields = FieldCache::new(&lights);
         self.lights = lights;
         self.sources = sources;
         self.replaced.clear();

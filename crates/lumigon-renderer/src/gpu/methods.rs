@@ -70,11 +70,6 @@ impl Methods {
         }
     }
 
-    /// Whether images are averaged by the conventional lookup.
-    pub(super) fn conventional_images(self) -> bool {
-        self.conventional_images
-    }
-
     /// How often a pixel averages a light's image, at most.
     pub(super) fn image_means(self, features: Features) -> u64 {
         let [coats, sheens, rough] = [
@@ -104,6 +99,8 @@ impl Methods {
             0 => 0,
             1 if self.two_lobes => 2,
             1 | 2 => 1,
+            // Fields are read without edges.
+            4 => 0,
             // Vector and solid angle.
             _ => 2,
         };

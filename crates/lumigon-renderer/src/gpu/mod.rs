@@ -3,6 +3,7 @@
 mod adapter;
 mod clock;
 mod device;
+mod distance_fields;
 mod equipment;
 mod error;
 mod frame;

@@ -149,7 +149,8 @@ impl GpuRenderer {
     /// Renders with closed forms, as [`CpuRenderer::render`](crate::CpuRenderer::render) does.
     ///
     /// # Errors
-    /// Where a setting is out of range, when cancelled, and where the device fails.
+    /// Where a setting is out of range, when distance fields are over their budget, when cancelled, and
+    /// where the device fails.
     pub fn render(
         &self,
         camera: &Camera,
@@ -164,8 +165,16 @@ impl GpuRenderer {
         };
         let mut equipment = lock(&self.equipment);
         *lock(&self.timings) = None;
+        let lights = self.lighting.bind_group_for(&self.gpu, settings)?;
         let done = self.gpu.guarded("a picture", || {
-            self.render_into(&mut picture, &view, settings, watch, &mut equipment)
+            self.render_into(
+                &mut picture,
+                &view,
+                settings,
+                &lights,
+                watch,
+                &mut equipment,
+            )
         });
         match done {
             Ok(Waited::Done) => Ok(picture),
@@ -188,13 +197,11 @@ impl GpuRenderer {
         picture: &mut Rendering,
         view: &View,
         settings: &RenderSettings,
+        lights: &wgpu::BindGroup,
         watch: Watch<'_>,
         equipment: &mut Option<Equipment>,
     ) -> Result<Waited, GpuError> {
         let methods = Methods::new(settings, self.lighting.has_images());
-        let lights = self
-            .lighting
-            .bind_group(&self.gpu, methods.conventional_images())?;
         let pipeline = self.shading.pipeline(&self.gpu, methods);
         let taps = image_taps(settings.image_method);
         let edges = self.edges(methods, taps);
@@ -258,13 +265,11 @@ impl GpuRenderer {
                     }
                 }
                 for frame in 0..frames.len() {
-                    let groups = [lights, &equipment.sums.bind_group];
                     self.encode(
                         &mut encoder,
                         equipment,
                         &pipeline,
-                        groups,
-                        parts.len(),
+                        (lights, parts.len()),
                         tile,
                         frame,
                     );
@@ -305,8 +310,7 @@ impl GpuRenderer {
         encoder: &mut wgpu::CommandEncoder,
         equipment: &Equipment,
         pipeline: &wgpu::ComputePipeline,
-        [lights, sums]: [&wgpu::BindGroup; 2],
-        parts: usize,
+        (lights, parts): (&wgpu::BindGroup, usize),
         tile: Tile,
         frame: usize,
     ) {
@@ -320,7 +324,12 @@ impl GpuRenderer {
             offset,
             stamps,
         );
-        let groups = [lights, &self.scene.bind_group, sums, &equipment.ids];
+        let groups = [
+            lights,
+            &self.scene.bind_group,
+            &equipment.sums.bind_group,
+            &equipment.ids,
+        ];
         let stamps = self.clock.as_ref().map(|clock| clock.shading(frame));
         shading::encode(encoder, pipeline, groups, offset, parts, tile.size, stamps);
     }

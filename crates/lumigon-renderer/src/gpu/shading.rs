@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Mutex;
 
 use bytemuck::{Pod, Zeroable};
+use lumigon::SpecularMethod;
 
 use super::device::{Gpu, lock};
 use super::error::GpuError;
@@ -25,18 +26,28 @@ pub(super) struct ShadingRecord {
     pub(super) punctual_count: u32,
     pub(super) first_light: u32,
     pub(super) end_light: u32,
+    pub(super) smoothness_factor: f32,
+    pub(super) smoothness: f32,
     pub(super) image_taps: u32,
 }
 
 impl ShadingRecord {
     /// For these of the lights.
     pub(super) fn new(settings: &RenderSettings, lighting: &Lighting, lights: &Range<u32>) -> Self {
+        let [smoothness_factor, smoothness] = match settings.specular {
+            SpecularMethod::ReflectedDistanceField { smoothness, .. } => {
+                smoothness.factor_and_constant()
+            }
+            _ => [0.0; 2],
+        };
         Self {
             light_bound: settings.light_bound,
             bias: bias(settings.diffuse),
             punctual_count: lighting.punctual_count,
             first_light: lights.start,
             end_light: lights.end,
+            smoothness_factor,
+            smoothness,
             image_taps: image_taps(settings.image_method),
         }
     }

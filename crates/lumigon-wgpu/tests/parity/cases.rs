@@ -85,7 +85,7 @@ impl Subject {
     }
 
     /// Of several circles about an outline, rounding may choose.
-    fn has_same_circle(&self) -> bool {
+    pub(crate) fn has_same_circle(&self) -> bool {
         let (center, radius) = self.light.circumscribed_circle();
         let (center32, radius32) = self.single.circumscribed_circle();
         let moved = (center - double(center32.into())) * (1.0 / radius);

@@ -8,7 +8,7 @@ use crate::gpu::{Place, evaluate};
 use crate::polygons::Vector;
 use crate::tolerances::is_comparable;
 
-fn all() -> Cases {
+pub(crate) fn all() -> Cases {
     cases(71, 150, 96)
 }
 

@@ -6,8 +6,10 @@ use std::time::Duration;
 
 use crate::poison::poisoned;
 use bytemuck::{Pod, Zeroable};
-use lumigon::PolygonLight;
-use lumigon_wgpu::{ImageColors, Light, LightBuffers, ReplaceImageError, TableFormat, Tables};
+use lumigon::{DistanceFieldSettings, DistanceFields, PolygonLight};
+use lumigon_wgpu::{
+    DistanceFieldBuffers, ImageColors, Light, LightBuffers, ReplaceImageError, TableFormat, Tables,
+};
 
 /// One call's arguments: the shaders' struct `Place`, field by field. A function takes those it needs.
 #[repr(C)]
@@ -80,9 +82,9 @@ pub(crate) fn streamed(module: &str, name: &str, begin: &str, result: &str) -> S
     )
 }
 
-struct Gpu {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+pub(crate) struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
     lights_layout: wgpu::BindGroupLayout,
     places_layout: wgpu::BindGroupLayout,
     tables: Tables,
@@ -93,7 +95,7 @@ static LOST: AtomicBool = AtomicBool::new(false);
 /// Longest that a function may take over all places: beyond, it hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-fn gpu() -> &'static Gpu {
+pub(crate) fn gpu() -> &'static Gpu {
     static GPU: OnceLock<Gpu> = OnceLock::new();
     GPU.get_or_init(|| {
         let instance =
@@ -137,6 +139,14 @@ fn gpu() -> &'static Gpu {
             tables,
         }
     })
+}
+
+/// Fields of the lights that functions see.
+pub(crate) fn fields<'a>(
+    lights: impl IntoIterator<Item = &'a PolygonLight<f32>>,
+) -> DistanceFields<f32> {
+    let settings = DistanceFieldSettings::new(32, 2.0, false).unwrap();
+    DistanceFields::new(lights, settings, u64::MAX).unwrap()
 }
 
 /// Poisoned places that every function has to get over.
@@ -200,8 +210,15 @@ pub(crate) fn evaluate_on(
             cache: None,
         });
     let buffers = LightBuffers::new(&gpu.device, &gpu.queue, lights).unwrap();
-    let lights_group =
-        lumigon_wgpu::bind_group(&gpu.device, &gpu.lights_layout, &buffers, &gpu.tables);
+    let fields = fields(lights.iter().map(|light| &light.polygon));
+    let fields = DistanceFieldBuffers::upload(&gpu.device, &gpu.queue, &fields).unwrap();
+    let lights_group = lumigon_wgpu::bind_group_with_fields(
+        &gpu.device,
+        &gpu.lights_layout,
+        &buffers,
+        &gpu.tables,
+        &fields,
+    );
 
     let buffer = |size: usize, usage| {
         gpu.device.create_buffer(&wgpu::BufferDescriptor {

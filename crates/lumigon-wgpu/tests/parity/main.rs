@@ -9,6 +9,7 @@ mod brdfs;
 mod cases;
 mod check;
 mod compare;
+mod distance_fields;
 mod gpu;
 mod image_filter;
 mod images;

@@ -18,8 +18,8 @@ const BANDS: usize = 8;
 /// ([`DistanceFieldSettings::phi`]). Its distance is in the same units: 0 or, where the field is
 /// signed, negative inside by crossing number, and at most Phi. Coarser levels average four texels.
 ///
-/// Petryaev, "Polygons as lights", the function `bake`; his tangent (n_y, n_z, -n_x) is at right
-/// angles to n only where n_x n_y + n_y n_z = n_x n_z, so [`PolygonLight::plane_axes`] take its place.
+/// Petryaev, "Polygons as lights", the function `bake`. For a normal (x, y, z) his tangent is
+/// (y, z, -x), at right angles only where x y + y z = x z: [`PolygonLight::plane_axes`] take its place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceField {
     settings: DistanceFieldSettings,

@@ -31,7 +31,7 @@ impl<'a, S: crate::Scalar> PlacedDistanceField<'a, S> {
     }
 }
 
-/// How much of the light a surface reflects to the viewer, 0 to 1: 1/(d + 1)^k_s of the distance d
+/// How much of the light a surface reflects to the viewer, 0 to 1: 1/(d + 1)^k, k = `k_s`, of the distance d
 /// from the light at which the mirrored view meets its plane.
 ///
 /// `normal` and `view` (from the point to the viewer) are unit vectors; `alpha`, at least 0, is the
@@ -94,7 +94,7 @@ pub fn reflected_distance<T: Real>(
     T::select(meets, response, zero)
 }
 
-/// 1/(d + 1)^k_s; 1 inside.
+/// 1/(d + 1)^k, k the smoothness; 1 inside.
 #[inline(always)]
 fn response<S: crate::Scalar>(distance: S, smoothness: S) -> S {
     let zero = S::from_f64(0.0);

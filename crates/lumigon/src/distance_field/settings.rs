@@ -121,7 +121,7 @@ impl DistanceFieldSettings {
     }
 }
 
-/// The source's k_s: how fast a reflection fades with the distance from the light.
+/// The source's `k_s`: how fast a reflection fades with the distance from the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DistanceFieldSmoothness(Choice);
 
@@ -159,7 +159,7 @@ impl DistanceFieldSmoothness {
         Ok(Self(Choice::Fixed(checked(smoothness)?)))
     }
 
-    /// k_s is the first number times [`distance_field_smoothness`], plus the second; one is 0.
+    /// `k_s` is the first number times [`distance_field_smoothness`], plus the second; one is 0.
     pub fn factor_and_constant(self) -> [f32; 2] {
         match self.0 {
             Choice::Material { factor } => [factor, 0.0],
@@ -167,7 +167,7 @@ impl DistanceFieldSmoothness {
         }
     }
 
-    /// k_s where a lobe's spread is `spread`, for a field of this `phi`; both as
+    /// `k_s` where a lobe's spread is `spread`, for a field of this `phi`; both as
     /// [`distance_field_smoothness`] has them.
     #[inline(always)]
     pub fn at<T: Real>(self, spread: T, phi: T) -> T {

@@ -1,15 +1,15 @@
-//! From a lobe's width to the source's k_s.
+//! From a lobe's width to the source's `k_s`.
 
 use crate::real::Real;
 
 /// Least spread: what is narrower is a mirror.
 const LEAST_SPREAD: f64 = 1e-6;
 
-/// k_s for a GGX lobe whose spread where it meets the light's plane, alpha times the length of the
+/// `k_s` for a GGX lobe whose spread where it meets the light's plane, alpha times the length of the
 /// mirrored ray, is `spread` of the light's radii, at least 0; for a field of this `phi`.
 ///
-/// `phi (0.9 / spread + 1.7)`, falling, and no more than 1.8e6 for a mirror. The source leaves k_s to
-/// the user and takes one for a surface; but a lobe spreads along its ray, and one k_s for alpha
+/// `phi (0.9 / spread + 1.7)`, falling, and no more than 1.8e6 for a mirror. The source leaves `k_s` to
+/// the user and takes one for a surface; but a lobe spreads along its ray, and one `k_s` for alpha
 /// would blur near lights as much as far ones.
 ///
 /// Fitted to GGX (F = 1) by least squares, with [`reflected_distance`](super::reflected_distance)'s

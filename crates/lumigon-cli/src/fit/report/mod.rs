@@ -10,7 +10,7 @@ mod plot;
 mod record;
 mod response;
 mod scale;
-mod theme;
+pub(crate) mod theme;
 mod truth;
 
 use std::fs;

@@ -9,24 +9,24 @@ use plotters::style::register_font;
 use crate::Failure;
 
 /// Where a figure or a part of it is drawn.
-pub(super) type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
+pub(crate) type Area<'a> = DrawingArea<BitMapBackend<'a>, Shift>;
 
 const FONT: &str = "lumigon";
 
 /// The page's colours.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Theme {
-    pub(super) name: &'static str,
-    pub(super) paper: RGBColor,
-    pub(super) ink: RGBColor,
-    pub(super) faded: RGBColor,
-    pub(super) line: RGBColor,
-    pub(super) table: RGBColor,
-    pub(super) baseline: RGBColor,
+pub(crate) struct Theme {
+    pub(crate) name: &'static str,
+    pub(crate) paper: RGBColor,
+    pub(crate) ink: RGBColor,
+    pub(crate) faded: RGBColor,
+    pub(crate) line: RGBColor,
+    pub(crate) table: RGBColor,
+    pub(crate) baseline: RGBColor,
 }
 
 /// Both appearances of the page.
-pub(super) const THEMES: [Theme; 2] = [
+pub(crate) const THEMES: [Theme; 2] = [
     Theme {
         name: "light",
         paper: RGBColor(255, 255, 255),
@@ -49,12 +49,12 @@ pub(super) const THEMES: [Theme; 2] = [
 
 impl Theme {
     /// Text of a size in pixels.
-    pub(super) fn text(&self, size: f64, color: RGBColor) -> TextStyle<'static> {
+    pub(crate) fn text(&self, size: f64, color: RGBColor) -> TextStyle<'static> {
         (FONT, size).into_font().color(&color)
     }
 
     /// A finished picture.
-    pub(super) fn paint(
+    pub(crate) fn paint(
         &self,
         (width, height): (u32, u32),
         draw: &dyn Fn(&Area<'_>, &Self) -> Result<(), Failure>,

@@ -127,23 +127,8 @@ impl EmissiveImage {
             DVec3::from(self.edge_v),
         );
         let [width, height] = size.map(|side| side.max(1));
-        if let (Some(placed), None) = (&self.emission, &self.mask) {
-            let texture = &textures[placed.texture];
-            let [u, v] = [edge_u, edge_v].map(|edge| placed.map.change(edge));
-            let slant = [
-                u.y * f64::from(texture.height),
-                v.x * f64::from(texture.width),
-            ];
-            if slant.iter().all(|x| x.abs() <= ALIGNED) {
-                let low = placed.map.at(corner);
-                let high = low + DVec2::new(u.x, v.y);
-                return resample::averages(
-                    texture,
-                    low.to_array(),
-                    high.to_array(),
-                    [width, height],
-                );
-            }
+        if let Some((texture, [low, high])) = self.along_texture(textures) {
+            return resample::averages(texture, low, high, [width, height]);
         }
         let [across, down] = [(edge_u, width), (edge_v, height)].map(|(edge, count)| {
             let texels = self.texels_along(textures, edge) / f64::from(count);
@@ -170,6 +155,39 @@ impl EmissiveImage {
         cells
     }
 
+    /// The texture and its coordinates at the first and the last corner, where the picture lies along
+    /// it and nothing is cut out.
+    fn along_texture<'a>(&self, textures: &'a [Texture]) -> Option<(&'a Texture, [[f64; 2]; 2])> {
+        let (Some(placed), None) = (&self.emission, &self.mask) else {
+            return None;
+        };
+        let texture = &textures[placed.texture];
+        let [u, v] = [self.edge_u, self.edge_v].map(|edge| placed.map.change(DVec3::from(edge)));
+        let slant = [
+            u.y * f64::from(texture.height),
+            v.x * f64::from(texture.width),
+        ];
+        let low = placed.map.at(DVec3::from(self.corner));
+        let high = low + DVec2::new(u.x, v.y);
+        let is_along = slant.iter().all(|x| x.abs() <= ALIGNED);
+        is_along.then(|| (texture, [low.to_array(), high.to_array()]))
+    }
+
+    /// The mean radiance of an outline that fills the picture: exact, and quicker than along the cells
+    /// that an outline cuts. `None` for other outlines.
+    pub(super) fn mean_of_all(
+        &self,
+        textures: &[Texture],
+        loops: &[Vec<[f64; 3]>],
+    ) -> Option<Vec3> {
+        let (texture, [low, high]) = self.along_texture(textures)?;
+        let whole = DVec3::from(self.edge_u).cross(DVec3::from(self.edge_v));
+        let area = super::area_vector(loops);
+        let fills = (area.length() - whole.length()).abs() <= 1e-6 * whole.length();
+        let mean = || resample::mean(texture, low, high);
+        fills.then(|| (self.strength * mean()).min(Vec3::splat(f32::MAX)))
+    }
+
     /// Bytes of the picture's prefiltered pyramid: four single-precision numbers a cell, on all levels.
     #[must_use]
     pub fn pyramid_bytes(&self) -> u64 {
@@ -180,6 +198,14 @@ impl EmissiveImage {
             cells += width * height;
         }
         16 * cells
+    }
+
+    /// How many texels the light shows, where its picture has fewer cells.
+    pub(super) fn shown_smaller(&self, textures: &[Texture]) -> Option<[u64; 2]> {
+        let texels = [self.edge_u, self.edge_v]
+            .map(|edge| (self.texels_along(textures, DVec3::from(edge)) - ALIGNED).ceil() as u64);
+        let is_smaller = (0..2).any(|k| texels[k] > u64::from(self.size[k]));
+        is_smaller.then_some(texels)
     }
 
     fn best_size(&self, textures: &[Texture], longest_side: u32) -> [u32; 2] {

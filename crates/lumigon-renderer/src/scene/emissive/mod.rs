@@ -54,16 +54,7 @@ impl EmissivePolygon {
     /// polygon emits to, its length the area, holes taken off.
     #[must_use]
     pub fn area_vector(&self) -> [f64; 3] {
-        let origin = self.loops.first().and_then(|outer| outer.first());
-        let origin = origin.map_or(DVec3::ZERO, |&p| DVec3::from(p));
-        let mut sum = DVec3::ZERO;
-        for vertices in &self.loops {
-            for (i, &a) in vertices.iter().enumerate() {
-                let b = vertices[(i + 1) % vertices.len()];
-                sum += (DVec3::from(a) - origin).cross(DVec3::from(b) - origin);
-            }
-        }
-        (sum * 0.5).to_array()
+        area_vector(&self.loops).to_array()
     }
 
     /// The area in square metres, holes taken off.
@@ -85,6 +76,20 @@ impl EmissivePolygon {
     }
 }
 
+/// Half the sum of the loops' cross products.
+fn area_vector(loops: &[Vec<[f64; 3]>]) -> DVec3 {
+    let origin = loops.first().and_then(|outer| outer.first());
+    let origin = origin.map_or(DVec3::ZERO, |&p| DVec3::from(p));
+    let mut sum = DVec3::ZERO;
+    for vertices in loops {
+        for (i, &a) in vertices.iter().enumerate() {
+            let b = vertices[(i + 1) % vertices.len()];
+            sum += (DVec3::from(a) - origin).cross(DVec3::from(b) - origin);
+        }
+    }
+    sum * 0.5
+}
+
 /// An emissive mesh before its positions were rounded to f32.
 pub(super) struct Emitter<'a> {
     pub(super) mesh: &'a Mesh,
@@ -101,7 +106,7 @@ pub(super) struct Emitter<'a> {
 /// An emissive mesh's lights, and what is to be said about them.
 pub(super) struct Emitted {
     pub(super) polygons: Vec<EmissivePolygon>,
-    pub(super) warning: Option<String>,
+    pub(super) warnings: Vec<String>,
 }
 
 impl Emitter<'_> {
@@ -115,9 +120,9 @@ impl Emitter<'_> {
         let edges = junction::edges(&welded);
         let mapping = Mapping::new(self);
         let mut facets = facet::facets(&welded, &edges, self.noise, mapping.as_ref());
-        let mut warning = None;
+        let mut warnings = Vec::new();
         if mapping.is_some() && facets.len() > MOST_PICTURES {
-            warning = Some(format!(
+            warnings.push(format!(
                 "mesh \"{}\" shows its texture in {} flat pieces, more than {MOST_PICTURES}: its \
                  lights have their mean colours; use fewer faces, or texture coordinates that join",
                 self.mesh.name,
@@ -131,27 +136,48 @@ impl Emitter<'_> {
             let sources = |triangles: &[u32]| -> Vec<u32> {
                 triangles.iter().flat_map(|&t| welded.sources(t)).collect()
             };
-            let radiance = mean.radiance(&sources(&facet.triangles));
+            let outlines = outline::outlines(&welded, boundary, facet, self.noise);
+            let image = |outline: &outline::Outline| {
+                EmissiveImage::new(self, facet, &outline.loops, longest_side)
+            };
+            let images: Vec<_> = outlines.iter().map(image).collect();
+            let whole = match (images.as_slice(), outlines.as_slice()) {
+                ([Some(image)], [outline]) => image.mean_of_all(self.textures, &outline.loops),
+                _ => None,
+            };
+            let radiance = whole.unwrap_or_else(|| mean.radiance(&sources(&facet.triangles)));
             if radiance.max_element() <= 0.0 {
                 return Vec::new();
             }
-            let outlines = outline::outlines(&welded, boundary, facet, self.noise);
-            let polygon = |outline: outline::Outline| EmissivePolygon {
+            let polygon = |(outline, image): (outline::Outline, _)| EmissivePolygon {
                 name: self.mesh.name.clone(),
-                image: EmissiveImage::new(self, facet, &outline.loops, longest_side),
+                image,
                 loops: outline.loops,
                 radiance,
                 two_sided: self.material.double_sided,
                 mesh: self.index,
                 triangles: sources(&outline.triangles),
             };
-            outlines.into_iter().map(polygon).collect::<Vec<_>>()
+            outlines
+                .into_iter()
+                .zip(images)
+                .map(polygon)
+                .collect::<Vec<_>>()
         };
         let pairs = facets.par_iter().zip(&boundaries);
-        Emitted {
-            polygons: pairs.flat_map_iter(of_facet).collect(),
-            warning,
+        let polygons: Vec<EmissivePolygon> = pairs.flat_map_iter(of_facet).collect();
+        let images = polygons.iter().filter_map(|polygon| polygon.image);
+        let smaller = images.filter_map(|image| Some((image, image.shown_smaller(self.textures)?)));
+        // One speaks for all of the mesh.
+        if let Some((image, [columns, rows])) = smaller.into_iter().next() {
+            let [width, height] = image.size;
+            warnings.push(format!(
+                "light \"{}\" shows {columns} × {rows} texels, its picture {width} × {height}: mirrors \
+                 and smooth surfaces see less than there is; raise the limit of {longest_side} a side",
+                self.mesh.name
+            ));
         }
+        Emitted { polygons, warnings }
     }
 }
 
@@ -175,7 +201,7 @@ pub(super) fn take_pyramids(
                      {} for the pictures of lights are left",
                     limits.light_image_bytes
                 ),
-                "show smaller images on lights, or raise the limit",
+                "show smaller images on lights, or raise the limit (--image-budget)",
             )
         })?;
     }

@@ -36,7 +36,7 @@ impl Scene {
         let mut polygons: Vec<EmissivePolygon> = Vec::new();
         for &index in &meshes {
             let emitted = changed.lights(self, index, limits);
-            warnings.extend(emitted.warning);
+            warnings.extend(emitted.warnings);
             polygons.extend(emitted.polygons);
         }
         let mut bytes_left = limits.light_image_bytes;
@@ -253,4 +253,192 @@ fn give_texcoords(scene: &Scene, index: usize, mesh: &mut Mesh) -> bool {
     let texcoords = mesh.positions.iter().map(|p| (along(p) - low) / extent);
     mesh.texcoords[0] = texcoords.collect();
     true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Material, Texture};
+
+    /// Squares of side 2 in planes z = 0, 1, ...; those of one material share it.
+    fn scene(names: &[(&str, usize)], materials: Vec<Material>) -> Scene {
+        let mut scene = Scene {
+            materials,
+            ..Scene::default()
+        };
+        for (z, &(name, material)) in names.iter().enumerate() {
+            let corners = [(0., 0.), (2., 0.), (2., 2.), (0., 2.)];
+            let mesh = Mesh {
+                name: name.to_owned(),
+                material,
+                positions: corners.map(|(x, y)| Vec3::new(x, y, z as f32)).to_vec(),
+                normals: vec![Vec3::Z; 4],
+                triangles: vec![[0, 1, 2], [0, 2, 3]],
+                ..Mesh::default()
+            };
+            let positions: Vec<DVec3> = mesh.positions.iter().map(|p| p.as_dvec3()).collect();
+            let emitter = Emitter {
+                mesh: &mesh,
+                index: z,
+                positions: &positions,
+                noise: 0.0,
+                material: &scene.materials[material],
+                textures: &[],
+            };
+            if emitter.material.is_emissive() {
+                scene.polygon_lights.extend(emitter.polygons(64).polygons);
+            }
+            scene.meshes.push(mesh);
+        }
+        scene
+    }
+
+    fn emissive(strength: f32) -> Material {
+        Material {
+            emissive: Vec3::splat(strength),
+            ..Material::default()
+        }
+    }
+
+    fn frame(size: [u32; 2], color: impl Fn(u32) -> [f32; 3]) -> ImageFile {
+        let texels: Vec<_> = (0..size[0] * size[1]).map(color).collect();
+        ImageFile::from_linear("frame", size, &texels).unwrap()
+    }
+
+    #[test]
+    fn untextured_light_shows_an_image_upright() {
+        let mut scene = scene(&[("wall/screen[1]", 0), ("lamp", 0)], vec![emissive(3.0)]);
+        let lamp = scene.polygon_lights[1].clone();
+        let image = frame([4, 2], |i| [i as f32, 1.0, 0.0]);
+        let limits = Limits::default();
+        assert_eq!(scene.replace_light_image("screen", &image, &limits), Ok(1));
+        assert_eq!(scene.polygon_lights[1], lamp);
+        let light = &scene.polygon_lights[0];
+        // The mean of the texels: clamped, the borders' halves show them alone.
+        assert!((light.radiance - Vec3::new(10.5, 3.0, 0.0)).length() < 1e-5);
+        let shown = light.image.unwrap();
+        assert_eq!((shown.size, shown.strength), ([4, 2], Vec3::splat(3.0)));
+        let cells = shown.cells(&scene.textures, shown.size);
+        let expected: Vec<_> = (0..8).map(|i| [i as f32, 1.0, 0.0]).collect();
+        assert_eq!(cells, expected);
+        // Its upper left corner is seen there from its front.
+        assert!(DVec3::from(shown.corner).distance(DVec3::Y * 2.0) < 1e-6);
+        // Rays see it, and see the lamp as it was.
+        let seen = |mesh: usize, scene: &Scene| {
+            let place = Vec2::new(0.01, 0.98);
+            scene.surface(mesh, 1, place, Vec3::NEG_Z).emissive
+        };
+        assert!((seen(0, &scene) - Vec3::new(0.0, 3.0, 0.0)).length() < 0.2);
+        assert_eq!(seen(1, &scene), Vec3::splat(3.0));
+    }
+
+    #[test]
+    fn frames_follow_each_other_in_one_texture() {
+        let mut scene = scene(&[("a", 0), ("b", 0)], vec![emissive(1.0)]);
+        let limits = Limits::default();
+        for (name, expected) in [("a", 1), ("b", 2)] {
+            for number in 0..5 {
+                let image = frame([8, 8], |i| [(i * number) as f32; 3]);
+                let count = scene.replace_light_image(name, &image, &limits).unwrap();
+                // The first frame is black, and what is black is no light.
+                assert_eq!(count, usize::from(number > 0));
+                assert_eq!(scene.textures.len(), expected);
+                let lights = scene.polygon_lights.iter();
+                let of_name: Vec<_> = lights.filter(|light| light.name == name).collect();
+                assert_eq!(of_name.len(), count);
+                for light in of_name {
+                    let mean = 31.5 * number as f32;
+                    assert!((light.radiance.x - mean).abs() < 1e-3 * mean);
+                }
+            }
+        }
+        // One colour needs no picture.
+        let image = frame([2, 2], |_| [0.5; 3]);
+        assert_eq!(scene.replace_light_image("a", &image, &limits), Ok(1));
+        let light = &scene.polygon_lights[0];
+        assert_eq!((light.image, light.radiance), (None, Vec3::splat(0.5)));
+        assert_eq!((light.mesh, scene.polygon_lights[1].mesh), (0, 1));
+    }
+
+    #[test]
+    fn textured_lights_keep_their_place_and_wrapping() {
+        let material = Material {
+            emissive_texture: Some(TextureRef::default()),
+            ..emissive(2.0)
+        };
+        let mut scene = scene(&[], vec![material]);
+        let sampler = Sampler {
+            wrap_s: Wrap::MirroredRepeat,
+            ..Sampler::default()
+        };
+        let texels = vec![[255; 4]];
+        scene.textures = Texture::from_rgba8("", [1, 1], texels, true, sampler)
+            .into_iter()
+            .collect();
+        let uv = [(0., 1.), (4., 1.), (4., 0.), (0., 0.)];
+        scene.meshes = vec![Mesh {
+            name: "screen".to_owned(),
+            positions: [(0., 0.), (2., 0.), (2., 1.), (0., 1.)]
+                .map(|(x, y)| Vec3::new(x, y, 0.0))
+                .to_vec(),
+            texcoords: [uv.map(|(u, v)| Vec2::new(u, v)).to_vec(), Vec::new()],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            ..Mesh::default()
+        }];
+        let image = frame([2, 1], |i| [i as f32; 3]);
+        let limits = Limits::default();
+        assert_eq!(scene.replace_light_image("screen", &image, &limits), Ok(1));
+        assert_eq!(scene.textures.len(), 1);
+        assert_eq!(scene.textures[0].sampler, sampler);
+        let shown = scene.polygon_lights[0].image.unwrap();
+        let cells = shown.cells(&scene.textures, shown.size);
+        let found: Vec<f32> = cells.iter().map(|cell| cell[0]).collect();
+        assert_eq!(found, [0., 1., 1., 0., 0., 1., 1., 0.]);
+    }
+
+    #[test]
+    fn what_does_not_fit_changes_nothing() {
+        let dark = Material::default();
+        let mut scene = scene(
+            &[("sign", 0), ("a \"sign\"", 0), ("wall", 1)],
+            vec![emissive(1.0), dark],
+        );
+        let before = scene.clone();
+        let image = frame([64, 64], |i| [i as f32; 3]);
+        let error = scene
+            .replace_light_image("wall", &image, &Limits::default())
+            .unwrap_err();
+        let message = error.to_string();
+        assert!(
+            message.contains(r#""sign""#) && message.contains("frame"),
+            "{message}"
+        );
+        let limits = Limits {
+            light_image_bytes: 1000,
+            ..Limits::default()
+        };
+        let error = scene
+            .replace_light_image("sign", &image, &limits)
+            .unwrap_err();
+        let message = error.to_string();
+        for part in [
+            "light \"sign\"",
+            "87376 bytes",
+            "1000 of 1000",
+            "raise the limit",
+        ] {
+            assert!(message.contains(part), "{message}");
+        }
+        assert_eq!(scene, before);
+        // Smaller pictures fit.
+        let limits = Limits {
+            light_image_side: 5,
+            ..limits
+        };
+        assert_eq!(scene.replace_light_image("sign", &image, &limits), Ok(1));
+        assert_eq!(scene.polygon_lights[0].image.unwrap().size, [4, 4]);
+        let mut empty = Scene::default();
+        let error = empty.replace_light_image("", &image, &limits).unwrap_err();
+        assert!(error.to_string().contains("no mesh of the scene emits"));
+    }
 }

@@ -8,6 +8,8 @@ mod raster;
 
 use std::{path::Path, sync::Arc};
 
+use rayon::prelude::*;
+
 use super::{
     Limits, Sampler, SceneError, Texture, error::Fault, import::read_file, texture::Texels,
 };
@@ -40,7 +42,7 @@ impl ImageFile {
         texels: &[[f32; 3]],
     ) -> Result<Self, SceneError> {
         let count = u64::from(width) * u64::from(height);
-        let opaque = || texels.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
+        let opaque = || texels.par_iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
         let image = if count == 0 || texels.len() as u64 != count {
             let what = format!("{} texels for {width} × {height}", texels.len());
             Err(Fault::new(
@@ -109,7 +111,10 @@ impl Decoded {
     /// bounded by 1.
     fn floats(size: [u32; 2], mut texels: Vec<[f32; 4]>, place: &str) -> Result<Self, Fault> {
         let fits = |x: &f32| (0.0..=BRIGHTEST).contains(x);
-        if let Some(index) = texels.iter().position(|texel| !texel.iter().all(fits)) {
+        let bad = texels
+            .par_iter()
+            .position_first(|texel| !texel.iter().all(fits));
+        if let Some(index) = bad {
             let (x, y) = (index % size[0] as usize, index / size[0] as usize);
             let channel = texels[index].iter().position(|x| !fits(x)).unwrap_or(0);
             let name = ["red", "green", "blue", "alpha"][channel];
@@ -122,9 +127,9 @@ impl Decoded {
                 "clamp the image to finite numbers that are not negative: light cannot be taken away",
             ));
         }
-        for [_, _, _, alpha] in &mut texels {
-            *alpha = alpha.min(1.0);
-        }
+        texels
+            .par_iter_mut()
+            .for_each(|texel| texel[3] = texel[3].min(1.0));
         Ok(Self {
             size,
             texels: Arc::new(Texels::F32(texels)),

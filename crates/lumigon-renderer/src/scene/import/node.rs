@@ -188,7 +188,7 @@ impl LightBudget<'_> {
             let emitted = emitter.polygons(self.limits.light_image_side);
             take_pyramids(&emitted.polygons, self.limits, &mut self.bytes_left)?;
             emitted
-                .warning
+                .warnings
                 .into_iter()
                 .for_each(|text| warnings.add(text));
             scene.polygon_lights.extend(emitted.polygons);

@@ -939,6 +939,59 @@ fn small_files_cannot_ask_for_much() {
 }
 
 #[test]
+fn emissive_images_may_be_brighter_than_white() {
+    let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x40\x00\x84\x00\x80\x80\x81";
+    let document = Document::square()
+        .with_texture(hdr)
+        .with_material(&json!({"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}}));
+    let scene = document.scene();
+    let texel = |x| scene.textures[0].texel(x, 0).to_array();
+    assert_eq!((texel(0), texel(1)), ([8., 4., 0., 1.], [0., 1., 1., 1.]));
+    let light = &scene.polygon_lights[0];
+    assert!((light.radiance - Vec3::new(4.0, 2.5, 0.5)).length() < 1e-5);
+    assert_eq!(light.image.unwrap().size, [2, 1]);
+}
+
+#[test]
+fn pictures_of_lights_keep_to_their_budget() {
+    let texels: Vec<_> = (0..64).map(|i| [i; 4]).collect();
+    let mut document = Document::square()
+        .with_texture(&png(8, 8, &texels))
+        .with_material(&json!({"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}}));
+    document.json["nodes"] = json!([{"mesh": 0, "name": "left"}, {"mesh": 0, "name": "right"}]);
+    document.json["scenes"] = json!([{"nodes": [0, 1]}]);
+    // 64 + 16 + 4 + 1 cells of 16 bytes, twice.
+    let within = |light_image_bytes, light_image_side| {
+        let limits = Limits {
+            light_image_bytes,
+            light_image_side,
+            ..Limits::default()
+        };
+        Scene::from_slice_within(&document.glb(), None, "two.glb", &limits)
+    };
+    assert!(within(2720, 4096).is_ok());
+    let message = within(2719, 4096).unwrap_err().to_string();
+    for part in [
+        "two.glb",
+        "\"right\"",
+        "8 × 8",
+        "1360 bytes",
+        "1359 of 2719",
+    ] {
+        assert!(message.contains(part), "{message}");
+    }
+    let scene = within(2719, 4).unwrap();
+    assert_eq!(scene.polygon_lights[1].image.unwrap().size, [4, 4]);
+    assert_eq!(scene.warnings.len(), 2);
+    let warning = "light \"left\" shows 8 × 8 texels, its picture 4 × 4";
+    assert!(
+        scene.warnings[0].starts_with(warning),
+        "{:?}",
+        scene.warnings
+    );
+}
+
+#[test]
 fn images_are_bounded_before_they_are_decoded() {
     let emissive = json!({"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}});
     let mut huge = png(1, 1, &[[0; 4]]);
@@ -1099,6 +1152,17 @@ fn survive(bytes: &[u8]) {
             }
         }
         for light in &scene.polygon_lights {
+            if let Some(image) = &light.image {
+                let cells = image.cells(&scene.textures, [4, 2]);
+                assert!(
+                    cells
+                        .as_flattened()
+                        .iter()
+                        .all(|x| *x >= 0.0 && x.is_finite())
+                );
+                let frame = [image.corner, image.edge_u, image.edge_v];
+                assert!(frame.as_flattened().iter().all(|x| x.is_finite()));
+            }
             assert!(
                 light.area().is_finite() && light.radiance.is_finite(),
                 "{light:?}"
