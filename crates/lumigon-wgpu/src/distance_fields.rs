@@ -237,8 +237,7 @@ impl DistanceFieldBaker {
     /// Bakes the fields of `lights`, whose polygons are `polygons`; `shapes` and `placements` are theirs,
     /// by [`lumigon::field_shapes`].
     ///
-    /// Every texel goes through all edges, so that an outline of 10,000 takes a GPU some milliseconds.
-    /// Mesa's llvmpipe ends loops after 65,535 rounds: there, outlines as long as that are to be baked
+    /// Every texel goes through all edges; long outlines are baked in several submissions. Mesa's llvmpipe ends loops after 65,535 rounds: there, outlines as long as that are to be baked
     /// by the CPU ([`DistanceFieldBuffers::upload`]).
     ///
     /// # Errors

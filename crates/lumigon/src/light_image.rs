@@ -12,7 +12,7 @@ use crate::vec3::Vec3;
 
 /// Weight of colours beyond the outline, which are those of its nearest texels. Without it a lookup
 /// that meets no covered texel would have no colour.
-const BEYOND: f32 = 0.01;
+const BEYOND: f32 = 1e-3;
 
 /// Longest side of an image.
 const LONGEST_SIDE: u32 = 1 << 14;
@@ -230,7 +230,7 @@ impl<S: Scalar> LightImage<S> {
     }
 
     /// Its levels: texels are colour times weight, and weight; the weight is what the outline covers
-    /// of them, and a hundredth.
+    /// of them, and a thousandth.
     pub fn pyramid(&self) -> &ImagePyramid {
         &self.pyramid
     }

@@ -51,6 +51,8 @@ pub(super) struct Sample {
     pub(super) perceptual_roughness: Option<f32>,
     pub(super) outline: &'static str,
     pub(super) kind: Kind,
+    /// Share of the lobe, or form factor, that the light covers.
+    pub(super) share: f64,
     /// Root mean square over the channels, as a share of the image's mean.
     pub(super) errors: Numbers,
     /// The same against GGX itself instead of its fitted lobe.
@@ -152,6 +154,10 @@ fn samples(light: &StudyLight, task: &Task) -> Result<Vec<Sample>, Failure> {
             perceptual_roughness: place.lobe.as_ref().map(|lobe| lobe.perceptual_roughness),
             outline: light.name,
             kind: shown.kind,
+            share: match task.surface {
+                Surface::Diffuse => weights.total() * std::f64::consts::FRAC_1_PI,
+                Surface::Specular => weights.total(),
+            },
             errors: errors(&weights)?,
             ggx_errors: ggx.as_ref().and_then(errors),
         })

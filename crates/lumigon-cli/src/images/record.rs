@@ -35,17 +35,18 @@ pub(super) struct Nanoseconds {
 /// Every sample, one a line.
 pub(super) fn csv(samples: &[Sample]) -> String {
     let names = METHODS.map(|(name, _)| name).join(",");
-    let mut text = format!("distance,surface,perceptual_roughness,outline,texture,{names}\n");
+    let mut text = format!("distance,surface,perceptual_roughness,outline,texture,share,{names}\n");
     for sample in samples {
         let errors = sample.errors.map(|error| format!("{error:.6}")).join(",");
         let roughness = sample.perceptual_roughness;
         let roughness = roughness.map_or(String::new(), |r| format!("{r:.4}"));
         text += &format!(
-            "{},{},{roughness},{},{},{errors}\n",
+            "{},{},{roughness},{},{},{:.6},{errors}\n",
             sample.distance.name(),
             sample.surface.name(),
             sample.outline,
             sample.kind.name(),
+            sample.share,
         );
     }
     text

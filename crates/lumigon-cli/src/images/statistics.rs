@@ -7,13 +7,16 @@ use super::place::{Distance, Surface};
 use super::texture::Kind;
 
 /// Bands of perceptual roughness.
-pub(super) const BANDS: [[f32; 2]; 5] = [
+const BANDS: [[f32; 2]; 5] = [
     [0.05, 0.15],
     [0.15, 0.3],
     [0.3, 0.5],
     [0.5, 0.75],
     [0.75, 1.0],
 ];
+
+/// Ranges of the share of a specular lobe that a light covers.
+const SHARES: [[f64; 2]; 3] = [[0.0, 0.05], [0.05, 0.2], [0.2, 1.0]];
 
 /// Errors of the methods over some samples, as shares of the images' means.
 #[derive(Clone, Debug, Serialize)]
@@ -87,6 +90,12 @@ pub(super) fn tables(samples: &[Sample]) -> Vec<Table> {
     let outlines = outlines
         .iter()
         .map(|name| row(name, &|s| s.outline == *name));
+    let shares = SHARES.map(|[from, to]| {
+        row(
+            &format!("{:.0} to {:.0} % of the lobe", 100.0 * from, 100.0 * to),
+            &|s| s.surface == Surface::Specular && s.share > from && s.share <= to,
+        )
+    });
     let bands = BANDS.map(|[from, to]| {
         row(&format!("perceptual roughness {from} to {to}"), &|s| {
             s.perceptual_roughness
@@ -126,6 +135,10 @@ pub(super) fn tables(samples: &[Sample]) -> Vec<Table> {
         Table {
             title: "Specular, by roughness",
             rows: bands.into(),
+        },
+        Table {
+            title: "Specular, by how much of the lobe the light covers",
+            rows: shares.into(),
         },
         Table {
             title: "Specular, against GGX itself instead of its fitted lobe",

@@ -96,8 +96,8 @@ impl DistanceField {
     /// Linear between texels, and between the two levels whose texels are next to `width`: with l the
     /// finer one, the coarser's share is width / 2^l - 1. Means over squares wider than the field grow
     /// with the square, as they do about any small shape. Beyond the outermost texels' centres the
-    /// distance goes on along the ray from the middle, in which most of the way away from the light
-    /// leads: at most the true distance and the triangle inequality's slack too far.
+    /// distance goes on along the ray from the middle, which leads nearly straight away from the light:
+    /// never too near, and up to 3.5 % too far where Phi is 2.
     #[inline]
     pub fn fetch<S: Scalar>(&self, u: S, v: S, width: S) -> S {
         let resolution = self.settings.resolution() as f32;
