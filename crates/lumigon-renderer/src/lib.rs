@@ -14,6 +14,7 @@ pub use cpu::CpuRenderer;
 pub use gpu::{
     AdapterDescription, AdapterKind, Gpu, GpuError, GpuPreference, GpuRenderer, GpuTimings,
 };
+pub use lumigon_wgpu::ImageColors;
 pub use picture::{
     PictureError, PictureFormat, ToneMap, check_writable, srgb8, write_exr, write_png,
 };

@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lumigon::{
-    DiffuseMethod, DistanceFieldSettings, DistanceFieldSmoothness, InclusionRule, LocalOcclusion,
-    LtcLobes, ProjectionBasis, SpecularMethod,
+    DiffuseMethod, DistanceFieldSettings, DistanceFieldSmoothness, ImageMethod, InclusionRule,
+    LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
 };
 use lumigon_renderer::{
     AlphaMode, Camera, CpuRenderer, EmissivePolygon, Filter, Gpu, GpuPreference, GpuRenderer,
-    Material, Mesh, Pixels, Projection, PunctualKind, PunctualLight, RenderError, RenderSettings,
-    Rendering, Sampler, Scene, Texture, TextureRef, ToneMap, Watch, Wrap, srgb8,
+    ImageColors, ImageFile, Limits, Material, Mesh, Pixels, Projection, PunctualKind,
+    PunctualLight, RenderError, RenderSettings, Rendering, Sampler, Scene, Texture, TextureRef,
+    ToneMap, Watch, Wrap, srgb8,
 };
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -352,6 +353,217 @@ fn thousands_of_lights() {
         most = most.max(*all);
     }
     assert!(lost > 1e-4 && lost < 0.1 * most, "{lost} of {most}");
+}
+
+/// Red, green and blue blocks, some much brighter than others.
+fn blocks(size: [u32; 2]) -> ImageFile {
+    let mut random = Pcg64Mcg::seed_from_u64(12);
+    let texels = (0..size[0] * size[1]).map(|_| {
+        let brightness = if random.random::<f32>() < 0.1 {
+            30.0
+        } else {
+            1.0
+        };
+        random.random::<[f32; 3]>().map(|x| x * brightness)
+    });
+    ImageFile::from_linear("blocks", size, &texels.collect::<Vec<_>>()).unwrap()
+}
+
+/// A scene of ours with blocks on all its lights.
+fn with_images(name: &str) -> Scene {
+    let mut scene = load(name);
+    let names: std::collections::BTreeSet<_> = scene
+        .polygon_lights
+        .iter()
+        .map(|l| l.name.clone())
+        .collect();
+    for name in names {
+        scene
+            .replace_light_image(&name, &blocks([16, 8]), &Limits::default())
+            .unwrap();
+    }
+    assert!(
+        scene
+            .polygon_lights
+            .iter()
+            .any(|light| light.image.is_some())
+    );
+    scene
+}
+
+const fn taps(taps: u32) -> ImageMethod {
+    ImageMethod::Quadrature { taps }
+}
+
+#[test]
+fn images_on_lights_look_as_on_the_cpu_by_every_method() {
+    let scene = with_images("cornell.glb");
+    let camera = camera(&scene);
+    let renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let cpu = CpuRenderer::new(&scene);
+    let (exact, circle) = (LocalOcclusion::Exact, LocalOcclusion::Circle);
+    let projected = |basis, occlusion| DiffuseMethod::ProjectedArea { basis, occlusion };
+    let (ltc, plain) = (SpecularMethod::default(), DiffuseMethod::default());
+    let two = SpecularMethod::Ltc {
+        lobes: LtcLobes::Two,
+    };
+    for (diffuse, specular, image_method) in [
+        (plain, ltc, taps(1)),
+        (plain, ltc, taps(2)),
+        (plain, two, taps(3)),
+        (plain, ltc, ImageMethod::Lookup),
+        (
+            DiffuseMethod::Exact { occlusion: circle },
+            SpecularMethod::None,
+            taps(4),
+        ),
+        (
+            DiffuseMethod::LightVector { occlusion: exact },
+            SpecularMethod::LightVector,
+            taps(2),
+        ),
+        (
+            DiffuseMethod::LightVector { occlusion: circle },
+            SpecularMethod::None,
+            ImageMethod::Lookup,
+        ),
+        (
+            projected(ProjectionBasis::Biased { bias: 0.3 }, exact),
+            SpecularMethod::ReflectedInclusion(InclusionRule::CrossingNumber),
+            taps(2),
+        ),
+        (
+            projected(ProjectionBasis::Optimal, circle),
+            SpecularMethod::None,
+            taps(2),
+        ),
+    ] {
+        let settings = RenderSettings {
+            width: 48,
+            height: 32,
+            diffuse,
+            specular,
+            image_method,
+            ..small(1)
+        };
+        let cpu = cpu.render(&camera, &settings, Watch::none()).unwrap();
+        let gpu = renderer.render(&camera, &settings, Watch::none()).unwrap();
+        let name = format!("{diffuse:?} {specular:?} {image_method:?}");
+        assert_same(&name, &cpu, &gpu, 6);
+    }
+}
+
+#[test]
+fn images_on_lights_reach_every_layer_as_on_the_cpu() {
+    let scene = with_images("materials.glb");
+    let camera = camera(&scene);
+    let renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let cpu = CpuRenderer::new(&scene);
+    let occlusion = LocalOcclusion::Exact;
+    for (diffuse, specular) in [
+        (DiffuseMethod::default(), SpecularMethod::default()),
+        (
+            DiffuseMethod::LightVector { occlusion },
+            SpecularMethod::LightVector,
+        ),
+        (
+            DiffuseMethod::LightVector { occlusion },
+            SpecularMethod::ReflectedInclusion(InclusionRule::WindingNumber),
+        ),
+    ] {
+        let settings = RenderSettings {
+            diffuse,
+            specular,
+            ..small(1)
+        };
+        let cpu = cpu.render(&camera, &settings, Watch::none()).unwrap();
+        let gpu = renderer.render(&camera, &settings, Watch::none()).unwrap();
+        assert_same(&format!("{diffuse:?} {specular:?}"), &cpu, &gpu, 12);
+    }
+}
+
+#[test]
+fn replaced_images_are_shown_as_on_the_cpu() {
+    let scene = with_images("cornell.glb");
+    let camera = camera(&scene);
+    let mut renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let mut cpu = CpuRenderer::new(&scene);
+    let light = scene
+        .polygon_lights
+        .iter()
+        .position(|l| l.image.is_some())
+        .unwrap();
+    let [width, height] = scene.polygon_lights[light].image.unwrap().size;
+    let count = (width * height) as usize;
+    let mut random = Pcg64Mcg::seed_from_u64(13);
+    let bytes: Vec<[u8; 4]> = (0..count).map(|_| random.random()).collect();
+    let numbers: Vec<[f32; 3]> = (0..count).map(|_| random.random()).collect();
+    for image_method in [taps(2), ImageMethod::Lookup] {
+        for colors in [ImageColors::Srgb(&bytes), ImageColors::Linear(&numbers)] {
+            renderer.replace_light_image(light, colors).unwrap();
+            cpu.replace_light_image(light, &colors.to_linear()).unwrap();
+            let settings = RenderSettings {
+                width: 48,
+                height: 32,
+                image_method,
+                ..small(1)
+            };
+            let expected = cpu.render(&camera, &settings, Watch::none()).unwrap();
+            let got = renderer.render(&camera, &settings, Watch::none()).unwrap();
+            assert!(lit(&expected) > 500);
+            assert_same(&format!("replaced, {image_method:?}"), &expected, &got, 6);
+        }
+    }
+    let fault = renderer.replace_light_image(light, ImageColors::Srgb(&bytes[1..]));
+    assert!(matches!(fault, Err(RenderError::Picture(_))), "{fault:?}");
+    let fault = renderer.replace_light_image(99, ImageColors::Srgb(&bytes));
+    assert!(
+        matches!(fault, Err(RenderError::NoPicture { light: 99 })),
+        "{fault:?}"
+    );
+}
+
+/// A light's bound holds for the brightest of its colours, also when they are replaced.
+#[test]
+fn bright_places_of_images_are_not_left_out() {
+    let mut scene = with_images("cornell.glb");
+    // Hardly anything, but for its image.
+    for light in &mut scene.polygon_lights {
+        if let Some(image) = &mut light.image {
+            image.strength = Vec3::splat(1e-4);
+        }
+    }
+    let camera = camera(&scene);
+    let mut renderer = GpuRenderer::new(&GPU, &scene).unwrap();
+    let light = scene
+        .polygon_lights
+        .iter()
+        .position(|l| l.image.is_some())
+        .unwrap();
+    let [width, height] = scene.polygon_lights[light].image.unwrap().size;
+    let mut colors = vec![[0.0; 3]; (width * height) as usize];
+    let middle = (height / 2 * width + width / 2) as usize;
+    colors[middle] = [3e6; 3];
+    renderer
+        .replace_light_image(light, ImageColors::Linear(&colors))
+        .unwrap();
+    let render = |light_bound| {
+        let settings = RenderSettings {
+            light_bound,
+            ..small(1)
+        };
+        renderer
+            .render(&camera, &settings, Watch::none())
+            .unwrap()
+            .radiance()
+    };
+    let (all, fewer) = (render(0.0), render(1e-3));
+    let brightest = all.iter().flatten().fold(0.0_f32, |most, &x| most.max(x));
+    assert!(brightest > 0.1, "{brightest}");
+    let count = scene.polygon_lights.len() as f32;
+    for (all, fewer) in all.iter().flatten().zip(fewer.iter().flatten()) {
+        assert!(all - fewer <= 1e-3 * count + 1e-5 * all, "{all} {fewer}");
+    }
 }
 
 /// A square that fills [-1, 1]² at this height, facing up, two triangles.

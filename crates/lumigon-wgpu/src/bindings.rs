@@ -7,9 +7,10 @@ use crate::light_buffers::LightBuffers;
 use crate::tables::Tables;
 
 /// The modules of the bindings, in WESL: their names, and their texts. For
-/// [`lumigon_shaders::link`], whose root may then import from `package::lights` and
-/// `package::tables`.
+/// [`lumigon_shaders::link`], whose root may then import from `package::lights`,
+/// `package::light_images` and `package::tables`.
 pub const MODULES: &[(&str, &str)] = &[
+    ("light_images", include_str!("../shaders/light_images.wesl")),
     ("lights", include_str!("../shaders/lights.wesl")),
     ("tables", include_str!("../shaders/tables.wesl")),
 ];
@@ -24,6 +25,8 @@ pub const MODULES: &[(&str, &str)] = &[
 /// | 3 | `anisotropic_ltc_table` | 3D texture, not filtered: [`Tables::anisotropic`] |
 /// | 4 | `distance_fields` | read-only storage: [`DistanceFieldBuffers::texels`] |
 /// | 5 | `light_fields` | read-only storage: [`DistanceFieldBuffers::records`] |
+/// | 6 | `light_images` | read-only storage: [`ImageRecord`](crate::ImageRecord)s |
+/// | 7 | `light_image_texels` | read-only storage: texels of all images, four numbers each |
 #[must_use]
 pub fn bind_group_layout(
     device: &wgpu::Device,
@@ -54,6 +57,8 @@ pub fn bind_group_layout(
             entry(3, texture(wgpu::TextureViewDimension::D3)),
             entry(4, storage),
             entry(5, storage),
+            entry(6, storage),
+            entry(7, storage),
         ],
     })
 }
@@ -96,12 +101,15 @@ pub fn bind_group_with_fields(
             entry(3, wgpu::BindingResource::TextureView(tables.anisotropic())),
             entry(4, fields.texels().as_entire_binding()),
             entry(5, fields.records().as_entire_binding()),
+            entry(6, lights.images().records().as_entire_binding()),
+            entry(7, lights.images().texels().as_entire_binding()),
         ],
     })
 }
 
 /// WGSL to put before a shader of yours: the bindings in bind group `group`, and every function over
 /// them: `irradiance_from(light, point, normal)`, `ltc_form_factor_from(light, point, lobe)`,
+/// `mean_image_from(light, point, normal, taps)`,
 /// `lookup_ggx(perceptual_roughness, cos_view)` and their like, with the library that they call.
 ///
 /// # Errors

@@ -2,10 +2,14 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use crate::image_buffers::greatest;
 use crate::light::Light;
 
 /// Lights of a cluster: as many as a word of the shaders' masks has bits.
 pub const CLUSTER_LIGHTS: usize = 32;
+
+/// Makes up for what rounding may have taken.
+const ROUNDED: f32 = 1.00001;
 
 /// A sphere around [`CLUSTER_LIGHTS`] lights, or fewer in the last one.
 #[repr(C)]
@@ -15,8 +19,7 @@ pub struct ClusterRecord {
     pub center: [f32; 3],
     /// Radius that holds every light whole.
     pub radius: f32,
-    /// Greatest area times brightest channel of the radiance among the lights: no single one adds
-    /// more than it allows.
+    /// Greatest [`light_power`] among the lights: no single one adds more than it allows.
     pub power: f32,
     /// What a struct of 16-byte alignment is padded with.
     pub padding: [u32; 3],
@@ -26,6 +29,21 @@ pub struct ClusterRecord {
 ///
 /// Along a Morton curve: Morton, "A Computer Oriented Geodetic Data Base", 1966.
 pub fn sort_by_place(lights: &mut [Light]) {
+    let key = place_key(lights);
+    lights.sort_by_cached_key(key);
+}
+
+/// The indices of the lights in the order of [`sort_by_place`].
+#[must_use]
+pub fn order_by_place(lights: &[Light]) -> Vec<usize> {
+    let key = place_key(lights);
+    let mut order: Vec<usize> = (0..lights.len()).collect();
+    order.sort_by_cached_key(|&i| key(&lights[i]));
+    order
+}
+
+/// What orders lights by their place among these.
+fn place_key(lights: &[Light]) -> impl Fn(&Light) -> u32 + use<> {
     let centers = lights.iter().map(center);
     let (mut low, mut high) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
     for center in centers {
@@ -37,13 +55,24 @@ pub fn sort_by_place(lights: &mut [Light]) {
     // One scale for all axes: clusters are to be round.
     let extent = (0..3).fold(0.0_f32, |most, axis| most.max(high[axis] - low[axis]));
     let scale = if extent > 0.0 { 1023.0 / extent } else { 0.0 };
-    lights.sort_by_cached_key(|light| {
+    move |light| {
         let center = center(light);
         (0..3).fold(0, |key, axis| {
             let cell = ((center[axis] - low[axis]) * scale) as u32;
             key | spread(cell) << axis
         })
+    }
+}
+
+/// Area times the brightest channel of what a light emits anywhere, where the greatest colours of its
+/// image are these: of [`ImageRecord::greatest`](crate::ImageRecord::greatest), 1 without one.
+#[must_use]
+pub fn light_power(light: &Light, greatest_colors: [f32; 3]) -> f32 {
+    let channels = light.radiance.iter().zip(greatest_colors);
+    let brightest = channels.fold(0.0_f32, |most, (radiance, color)| {
+        most.max(radiance * color)
     });
+    light.polygon.area() * brightest
 }
 
 /// The spheres around each [`CLUSTER_LIGHTS`] successive lights.
@@ -60,7 +89,7 @@ fn cluster(lights: &[Light]) -> ClusterRecord {
             *to += from / count;
         }
     }
-    let (mut radius, mut power) = (0.0_f32, 0.0_f32);
+    let (mut radius, mut most_power) = (0.0_f32, 0.0_f32);
     for light in lights {
         let (_, own) = light.polygon.circumscribed_circle();
         let squared: f32 = center(light)
@@ -69,14 +98,13 @@ fn cluster(lights: &[Light]) -> ClusterRecord {
             .map(|(a, b)| (a - b) * (a - b))
             .sum();
         radius = radius.max(squared.sqrt() + own);
-        let brightest = light.radiance.iter().fold(0.0_f32, |most, &x| most.max(x));
-        power = power.max(light.polygon.area() * brightest);
+        let greatest_colors = light.image.as_ref().map_or([1.0; 3], greatest);
+        most_power = most_power.max(light_power(light, greatest_colors));
     }
     ClusterRecord {
         center: middle,
-        // What rounding may have taken.
-        radius: radius * 1.00001,
-        power: power * 1.00001,
+        radius: radius * ROUNDED,
+        power: most_power * ROUNDED,
         padding: [0; 3],
     }
 }

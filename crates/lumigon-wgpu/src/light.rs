@@ -64,8 +64,15 @@ pub struct LightRecord {
     pub first_record: u32,
     /// One past its last.
     pub end_record: u32,
+    /// Index of the light's image record, or [`LightRecord::NO_IMAGE`].
+    pub image: u32,
     /// What a struct of 16-byte alignment is padded with.
-    pub padding: [u32; 3],
+    pub padding: [u32; 2],
+}
+
+impl LightRecord {
+    /// The image of a light without one.
+    pub const NO_IMAGE: u32 = u32::MAX;
 }
 
 /// A vertex in radii from its light's centre; the fourth number is 1 where a loop starts there, 0

@@ -1,5 +1,9 @@
 //! Lights in storage buffers.
 
+use crate::image_buffers::{
+    ImageBuffers, ImageLayout, ReplaceImageError, TooLargeImages, image_indices, largest_binding,
+};
+use crate::image_colors::ImageColors;
 use crate::light::{Light, LightRecord, VertexRecord, vertex_records};
 
 /// Lights that do not fit the device.
@@ -19,12 +23,24 @@ pub struct TooManyLights {
     pub limit: u64,
 }
 
+/// What does not fit the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LightBuffersError {
+    /// The lights.
+    #[error(transparent)]
+    Lights(#[from] TooManyLights),
+    /// The images on them.
+    #[error(transparent)]
+    Images(#[from] TooLargeImages),
+}
+
 /// Lights on a device, replaced as often as they move: buffers grow when they must, and are
 /// written in place otherwise.
 #[derive(Debug)]
 pub struct LightBuffers {
     lights: wgpu::Buffer,
     vertices: wgpu::Buffer,
+    images: ImageBuffers,
     count: usize,
 }
 
@@ -43,26 +59,28 @@ impl LightBuffers {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         lights: &[Light],
-    ) -> Result<Self, TooManyLights> {
-        let (headed, records) = packed(device, lights)?;
-        let mut buffers = Self::sized(device, &headed, &records);
-        buffers.fill(queue, &headed, &records, lights.len());
+    ) -> Result<Self, LightBuffersError> {
+        let packed = Packed::new(device, lights)?;
+        let mut buffers = Self::sized(device, &packed);
+        buffers.fill(queue, packed, lights);
         Ok(buffers)
     }
 
     /// Buffers that hold as much.
-    fn sized(device: &wgpu::Device, headed: &[u8], records: &[VertexRecord]) -> Self {
+    fn sized(device: &wgpu::Device, packed: &Packed) -> Self {
         Self {
-            lights: storage_buffer(device, "lights", headed.len() as u64),
-            vertices: storage_buffer(device, "light vertices", size_of_val(records) as u64),
+            lights: storage_buffer(device, "lights", packed.headed.len() as u64),
+            vertices: storage_buffer(device, "light vertices", packed.vertex_bytes()),
+            images: ImageBuffers::sized(device, &packed.images),
             count: 0,
         }
     }
 
-    fn fill(&mut self, queue: &wgpu::Queue, headed: &[u8], records: &[VertexRecord], count: usize) {
-        queue.write_buffer(&self.lights, 0, headed);
-        queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(records));
-        self.count = count;
+    fn fill(&mut self, queue: &wgpu::Queue, packed: Packed, lights: &[Light]) {
+        queue.write_buffer(&self.lights, 0, &packed.headed);
+        queue.write_buffer(&self.vertices, 0, bytemuck::cast_slice(&packed.records));
+        self.images.fill(queue, packed.images, lights);
+        self.count = lights.len();
     }
 
     /// Replaces the lights. Returns whether the buffers had to grow, and bind groups of them have to
@@ -75,15 +93,41 @@ impl LightBuffers {
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         lights: &[Light],
-    ) -> Result<bool, TooManyLights> {
-        let (headed, records) = packed(device, lights)?;
-        let grows = headed.len() as u64 > self.lights.size()
-            || size_of_val(&*records) as u64 > self.vertices.size();
+    ) -> Result<bool, LightBuffersError> {
+        let packed = Packed::new(device, lights)?;
+        let grows = packed.headed.len() as u64 > self.lights.size()
+            || packed.vertex_bytes() > self.vertices.size()
+            || !self.images.holds(&packed.images);
         if grows {
-            *self = Self::sized(device, &headed, &records);
+            *self = Self::sized(device, &packed);
         }
-        self.fill(queue, &headed, &records, lights.len());
+        self.fill(queue, packed, lights);
         Ok(grows)
+    }
+
+    /// Shows other colours on a light that has an image: one for each of its texels, row by row. The
+    /// device filters them; whatever is submitted afterwards sees them. Bind groups stay.
+    ///
+    /// Images with the conventional lookup's
+    /// [levels](lumigon::LightImage::filter_gaussian_levels) are filtered by the processor instead,
+    /// which takes a hundred times as long.
+    ///
+    /// # Errors
+    /// Where the light has no image, or these are no colours for it; it then stays what it was.
+    pub fn replace_image(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        light: usize,
+        colors: ImageColors<'_>,
+    ) -> Result<(), ReplaceImageError> {
+        self.images.replace(device, queue, light, colors)
+    }
+
+    /// The images on the lights.
+    #[must_use]
+    pub fn images(&self) -> &ImageBuffers {
+        &self.images
     }
 
     /// The buffer of the shaders' `lights`.
@@ -111,44 +155,56 @@ impl LightBuffers {
     }
 }
 
-/// The bytes of both buffers.
-fn packed(
-    device: &wgpu::Device,
-    lights: &[Light],
-) -> Result<(Vec<u8>, Vec<VertexRecord>), TooManyLights> {
-    let count = |light: &Light| light.polygon.vertex_count() + light.polygon.loop_count();
-    let records: usize = lights.iter().map(count).sum();
-    let listed = HEADER + lights.len().max(LEAST_RECORDS) * size_of::<LightRecord>();
-    let needed = listed.max(records * size_of::<VertexRecord>()) as u64;
-    let limits = device.limits();
-    let limit = limits
-        .max_buffer_size
-        .min(limits.max_storage_buffer_binding_size);
-    if needed > limit {
-        return Err(TooManyLights {
-            lights: lights.len(),
-            records,
-            needed,
-            limit,
-        });
+/// What the buffers hold.
+struct Packed {
+    headed: Vec<u8>,
+    records: Vec<VertexRecord>,
+    images: ImageLayout,
+}
+
+impl Packed {
+    fn new(device: &wgpu::Device, lights: &[Light]) -> Result<Self, LightBuffersError> {
+        let count = |light: &Light| light.polygon.vertex_count() + light.polygon.loop_count();
+        let records: usize = lights.iter().map(count).sum();
+        let listed = HEADER + lights.len().max(LEAST_RECORDS) * size_of::<LightRecord>();
+        let needed = listed.max(records * size_of::<VertexRecord>()) as u64;
+        let limit = largest_binding(device);
+        if needed > limit {
+            return Err(LightBuffersError::Lights(TooManyLights {
+                lights: lights.len(),
+                records,
+                needed,
+                limit,
+            }));
+        }
+        let images = ImageLayout::new(device, lights)?;
+        let mut headed = vec![0; HEADER];
+        headed[..4].copy_from_slice(&(lights.len() as u32).to_le_bytes());
+        let mut all = Vec::with_capacity(records.max(LEAST_RECORDS));
+        for (light, image) in lights.iter().zip(image_indices(lights)) {
+            let first_record = all.len() as u32;
+            all.extend(vertex_records(&light.polygon));
+            headed.extend_from_slice(bytemuck::bytes_of(&LightRecord {
+                polygon: (&light.polygon).into(),
+                radiance: light.radiance,
+                first_record,
+                end_record: all.len() as u32,
+                image,
+                padding: [0; 2],
+            }));
+        }
+        headed.resize(headed.len().max(listed), 0);
+        all.resize(all.len().max(LEAST_RECORDS), [0.0; 4]);
+        Ok(Self {
+            headed,
+            records: all,
+            images,
+        })
     }
-    let mut headed = vec![0; HEADER];
-    headed[..4].copy_from_slice(&(lights.len() as u32).to_le_bytes());
-    let mut all = Vec::with_capacity(records.max(LEAST_RECORDS));
-    for light in lights {
-        let first_record = all.len() as u32;
-        all.extend(vertex_records(&light.polygon));
-        headed.extend_from_slice(bytemuck::bytes_of(&LightRecord {
-            polygon: (&light.polygon).into(),
-            radiance: light.radiance,
-            first_record,
-            end_record: all.len() as u32,
-            padding: [0; 3],
-        }));
+
+    fn vertex_bytes(&self) -> u64 {
+        size_of_val(&*self.records) as u64
     }
-    headed.resize(headed.len().max(listed), 0);
-    all.resize(all.len().max(LEAST_RECORDS), [0.0; 4]);
-    Ok((headed, all))
 }
 
 fn storage_buffer(device: &wgpu::Device, label: &str, size: u64) -> wgpu::Buffer {

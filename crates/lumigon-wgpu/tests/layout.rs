@@ -2,7 +2,9 @@
 
 use std::mem::{offset_of, size_of};
 
-use lumigon_wgpu::{CLUSTER_LIGHTS, LightFieldRecord, LightRecord, MODULES, PolygonRecord};
+use lumigon_wgpu::{
+    CLUSTER_LIGHTS, ImageRecord, LightFieldRecord, LightRecord, MODULES, PolygonRecord,
+};
 
 struct Structs(naga::Module);
 
@@ -46,7 +48,12 @@ fn records_are_laid_out_as_the_shaders_have_them() {
     );
     assert_eq!(
         shaders.of("Light"),
-        layout!(LightRecord: polygon, radiance, first_record, end_record)
+        layout!(LightRecord: polygon, radiance, first_record, end_record, image)
+    );
+    assert_eq!(
+        shaders.of("ShownImage"),
+        layout!(ImageRecord: corner, first_texel, edge_u, has_gaussian_levels, edge_v, size,
+            greatest, gaussian)
     );
     assert_eq!(
         shaders.of("LightField"),
@@ -82,6 +89,8 @@ fn bindings_are_where_the_layout_has_them() {
         "anisotropic_ltc_table",
         "distance_fields",
         "light_fields",
+        "light_images",
+        "light_image_texels",
     ];
     let expected: Vec<_> = (0..)
         .zip(names)

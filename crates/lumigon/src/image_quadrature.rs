@@ -414,8 +414,8 @@ pub(crate) fn from_single<S: crate::real::Scalar>(x: f32) -> S {
 #[inline(always)]
 pub(crate) fn divided<T: Real>([r, g, b, weight]: [T; 4], pyramid: &ImagePyramid) -> [T; 3] {
     let one = weight.constant(1.0);
-    // Of less there would be no finite inverse.
-    let some = weight.gt(weight.constant(1e-35));
+    // Of less there would be no finite inverse, and from a light that is out of reach squares overflow.
+    let some = weight.gt(weight.constant(1e-35)) & weight.lt(weight.constant(1e37));
     let inverse = one / T::select(some, weight, one);
     let mean = crate::light_image::color(pyramid.mean());
     let mean = mean.map(|c| weight.broadcast(from_single(c)));

@@ -2,6 +2,7 @@
 
 mod counted;
 mod gpu;
+mod images;
 mod kernels;
 mod lookups;
 mod machine;
@@ -32,6 +33,9 @@ diffuse light's integral.
 
 Lookups: nanoseconds a look into a fitted table, one lane at a time.
 
+Images: nanoseconds a pixel and light, for lights with images by every image method, and milliseconds of
+filtering a new image on all threads.
+
 Quads: milliseconds a frame of 1440x900 pixels, all of them lit by 10 to 98 quads, one ray a pixel.
 
 With --backend gpu: milliseconds a light for 1 to 10,000 lights of 3, 4 and 10 vertices on a frame
@@ -40,7 +44,8 @@ multiply-adds and of bytes over the copying that the same device does in the sam
 that of the CPU's functions, which compute the same; table lookups are not in it. Half of the lights
 are clipped. Then exact light beside two ways of common practice, clipping into an array and clipping
 a sphere, with each one's error from double precision over the mean; and 100 beside 10,000 small
-lights, with those left out that add next to nothing. Software GPUs light smaller frames.
+lights, with those left out that add next to nothing. Then lights with images by every image method, and
+filtering new images on the device. Software GPUs light smaller frames.
 
 Figures are medians. Close other programs; on a shared machine trust ratios alone.
 
@@ -69,6 +74,8 @@ enum Part {
     Kernels,
     /// One pixel, one table
     Lookups,
+    /// Lights with images
+    Images,
     /// Whole frames
     Quads,
 }
@@ -79,6 +86,7 @@ struct Figures {
     machine: Machine,
     kernels: Vec<KernelFigures>,
     lookups: Vec<lookups::LookupFigures>,
+    images: Option<images::ImageFigures>,
     quads: Vec<quads::QuadFigures>,
 }
 
@@ -124,6 +132,7 @@ impl Bench {
             machine,
             kernels: Vec::new(),
             lookups: Vec::new(),
+            images: None,
             quads: Vec::new(),
         };
         let wanted = |part| self.only.is_none_or(|only| only == part);
@@ -132,6 +141,9 @@ impl Bench {
         }
         if wanted(Part::Lookups) {
             figures.lookups = lookups::measure(&interrupt)?;
+        }
+        if wanted(Part::Images) {
+            figures.images = Some(images::measure(&interrupt)?);
         }
         if wanted(Part::Quads) {
             figures.quads = quads::measure(&interrupt)?;

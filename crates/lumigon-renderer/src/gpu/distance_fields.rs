@@ -21,19 +21,19 @@ pub(super) struct FieldCache {
 struct Kept {
     settings: DistanceFieldSettings,
     shapes: usize,
-    bind_group: wgpu::BindGroup,
+    fields: DistanceFieldBuffers,
 }
 
 impl FieldCache {
-    pub(super) fn new(lights: Vec<Light>) -> Self {
+    pub(super) fn new(lights: &[Light]) -> Self {
         Self {
-            polygons: lights.into_iter().map(|light| light.polygon).collect(),
+            polygons: lights.iter().map(|light| light.polygon.clone()).collect(),
             kept: Mutex::default(),
         }
     }
 
-    /// The bind group of the lights, which are in `lights`, with their fields; made by `bind_group`
-    /// unless it was the last one that was asked for.
+    /// The bind group of the lights, which are in `lights`, with their fields, made by `bind_group`;
+    /// the fields unless they were the last ones that were asked for.
     pub(super) fn get(
         &self,
         gpu: &Gpu,
@@ -47,7 +47,7 @@ impl FieldCache {
             && kept.settings == settings
         {
             check_budget(kept.shapes, settings, budget)?;
-            return Ok(kept.bind_group.clone());
+            return Ok(bind_group(&kept.fields));
         }
         // Not both at once in memory.
         *kept = None;
@@ -55,13 +55,12 @@ impl FieldCache {
         let (shapes, placements) = field_shapes(&polygons, settings.phi().into());
         check_budget(shapes.len(), settings, budget)?;
         let too_long = |&shape: &usize| polygons[shape].vertex_count() > MOST_VERTICES;
-        let bind_group = if gpu.adapter().is_software() && shapes.iter().any(too_long) {
+        let fields = if gpu.adapter().is_software() && shapes.iter().any(too_long) {
             let fields = DistanceFields::new(polygons, settings, budget)?;
             gpu.guarded("distance fields", || {
                 let (device, queue) = (gpu.device(), gpu.queue());
-                Ok::<_, GpuError>(bind_group(&DistanceFieldBuffers::upload(
-                    device, queue, &fields,
-                )?))
+                let buffers = DistanceFieldBuffers::upload(device, queue, &fields)?;
+                Ok::<_, GpuError>(buffers)
             })?
         } else {
             gpu.guarded("distance fields", || {
@@ -72,14 +71,15 @@ impl FieldCache {
                 })?;
                 let of_lights = (&*shapes, &*placements);
                 let fields = baker.bake(device, queue, lights, &polygons, of_lights, settings)?;
-                Ok::<_, GpuError>(bind_group(&fields))
+                Ok::<_, GpuError>(fields)
             })?
         };
+        let found = bind_group(&fields);
         *kept = Some(Kept {
             settings,
             shapes: shapes.len(),
-            bind_group: bind_group.clone(),
+            fields,
         });
-        Ok(bind_group)
+        Ok(found)
     }
 }

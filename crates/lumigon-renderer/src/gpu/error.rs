@@ -50,9 +50,9 @@ pub enum GpuError {
         /// Bytes that one buffer may have.
         limit: u64,
     },
-    /// The lights are more than the device's buffers hold.
+    /// The lights or their images are more than the device's buffers hold.
     #[error(transparent)]
-    TooManyLights(#[from] lumigon_wgpu::TooManyLights),
+    Lights(#[from] lumigon_wgpu::LightBuffersError),
     /// The lights' distance fields are more than the device's buffers hold.
     #[error(transparent)]
     TooManyFields(#[from] lumigon_wgpu::TooManyFields),

@@ -1,12 +1,15 @@
 //! A scene's lights on the device.
 
+use std::collections::BTreeMap;
+use std::mem::offset_of;
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use bytemuck::{Pod, Zeroable};
-use lumigon::SpecularMethod;
+use lumigon::{ImageMethod, SpecularMethod};
 use lumigon_wgpu::{
-    CLUSTER_LIGHTS, ClusterRecord, Light, LightBuffers, TableFormat, Tables, clusters,
-    sort_by_place,
+    CLUSTER_LIGHTS, ClusterRecord, ImageColors, Light, LightBuffers, ReplaceImageError,
+    TableFormat, Tables, clusters, light_power, order_by_place,
 };
 
 use super::device::Gpu;
@@ -22,13 +25,18 @@ pub(super) struct Lighting {
     tables: Tables,
     layout: wgpu::BindGroupLayout,
     bind_group: wgpu::BindGroup,
+    lights: Vec<Light>,
+    /// Their indices in the scene.
+    sources: Vec<usize>,
+    /// Colours that images were replaced with, which `lights` does not know.
+    replaced: BTreeMap<usize, Replaced>,
+    /// The same lights with the levels of the conventional lookup, made when it is asked for.
+    conventional: OnceLock<LightBuffers>,
     /// Of [`ClusterRecord`]s.
     pub(super) clusters: wgpu::Buffer,
     pub(super) punctual: wgpu::Buffer,
     pub(super) punctual_count: u32,
     fields: FieldCache,
-    /// For each polygon, one past its last vertex record.
-    record_ends: Vec<u32>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -81,7 +89,11 @@ impl Lighting {
         punctual: &[PunctualLight],
     ) -> Result<Self, GpuError> {
         let (device, queue) = (gpu.device(), gpu.queue());
-        let (lights, warnings) = prepared(polygons, textures);
+        let PreparedLights {
+            lights,
+            sources,
+            warnings,
+        } = prepared(polygons, textures);
         let buffers = LightBuffers::new(device, queue, &lights)?;
         let tables = Tables::new(device, queue, TableFormat::F32);
         let layout = lumigon_wgpu::bind_group_layout(device, wgpu::ShaderStages::COMPUTE);
@@ -89,47 +101,140 @@ impl Lighting {
         Ok(Self {
             bind_group: lumigon_wgpu::bind_group(device, &layout, &buffers, &tables),
             polygons: buffers,
+            replaced: BTreeMap::new(),
+            conventional: OnceLock::new(),
             tables,
             layout,
             clusters: gpu.storage("light clusters", &clusters(&lights))?,
             punctual: gpu.storage("lights without extent", &records)?,
             punctual_count: records.len() as u32,
-            record_ends: record_ends(&lights),
-            fields: FieldCache::new(lights),
+            fields: FieldCache::new(&lights),
+            lights,
+            sources,
             warnings,
         })
     }
 
-    /// The bind group with the distance fields that a picture needs, if any.
+    /// The bind group for a picture: with the distance fields and the levels of the conventional lookup
+    /// that it needs, if any.
     pub(super) fn bind_group_for(
         &self,
         gpu: &Gpu,
         settings: &RenderSettings,
     ) -> Result<wgpu::BindGroup, RenderError> {
+        let is_conventional = self.has_images() && settings.image_method == ImageMethod::Lookup;
+        let lights = if is_conventional {
+            gpu.guarded("light images", || self.conventional(gpu))?
+        } else {
+            &self.polygons
+        };
+        let (device, layout, tables) = (gpu.device(), &self.layout, &self.tables);
         let SpecularMethod::ReflectedDistanceField { field, .. } = settings.specular else {
-            return Ok(self.bind_group.clone());
+            return Ok(if is_conventional {
+                lumigon_wgpu::bind_group(device, layout, lights, tables)
+            } else {
+                self.bind_group.clone()
+            });
         };
         let budget = settings.distance_field_budget;
         self.fields
             .get(gpu, &self.polygons, field, budget, |fields| {
-                lumigon_wgpu::bind_group_with_fields(
-                    gpu.device(),
-                    &self.layout,
-                    &self.polygons,
-                    &self.tables,
-                    fields,
-                )
+                lumigon_wgpu::bind_group_with_fields(device, layout, lights, tables, fields)
             })
     }
 
-    /// Edges of all polygons, and as many again as they have loops.
-    pub(super) fn edges(&self) -> u64 {
-        self.record_ends.last().copied().unwrap_or(0).into()
+    /// Edges of all polygons, as many again as they have loops, and what `taps` by `taps` taps of
+    /// images cost, in edges.
+    pub(super) fn edges(&self, taps: u32) -> u64 {
+        let taps = u64::from(taps.max(1)).pow(2);
+        let edges =
+            |light: &Light| records(light) + u64::from(light.image.is_some()) * taps * EDGES_A_TAP;
+        self.lights.iter().map(edges).sum()
     }
 
-    /// Ranges of lights whose loops over edges, `walks` a light, end after `most_rounds` together.
-    pub(super) fn parts(&self, walks: u64, most_rounds: u64) -> Vec<Range<u32>> {
-        parts(&self.record_ends, walks, most_rounds)
+    /// Ranges of lights whose loops end after `most_rounds` together: `walks` over the edges of a
+    /// light, and `means` of its image by `taps` by `taps` taps.
+    pub(super) fn parts(
+        &self,
+        walks: u64,
+        means: u64,
+        taps: u32,
+        most_rounds: u64,
+    ) -> Vec<Range<u32>> {
+        let taps = u64::from(taps);
+        let rounds: Vec<u64> = self
+            .lights
+            .iter()
+            .map(|light| {
+                // A round for each record and walk, one to begin each walk, and two to find the light.
+                let plain = records(light) * walks + walks + 2;
+                // The light vector or the projection's axis once more, rows and taps.
+                let of_image = records(light) * walks + means * (taps * taps + 2 * taps + 2);
+                plain + if light.image.is_some() { of_image } else { 0 }
+            })
+            .collect();
+        parts(&rounds, most_rounds)
+    }
+
+    /// Whether any light has an image.
+    pub(super) fn has_images(&self) -> bool {
+        !self.polygons.images().is_empty()
+    }
+
+    /// The lights with the levels of the conventional lookup.
+    fn conventional(&self, gpu: &Gpu) -> Result<&LightBuffers, GpuError> {
+        if let Some(buffers) = self.conventional.get() {
+            return Ok(buffers);
+        }
+        let mut lights = self.lights.clone();
+        for (i, light) in lights.iter_mut().enumerate() {
+            if let Some(image) = &mut light.image {
+                if let Some(colors) = self.replaced.get(&i) {
+                    // They were good when they were replaced.
+                    _ = image.replace(&colors.borrowed().to_linear());
+                }
+                image.filter_gaussian_levels();
+            }
+        }
+        let buffers = LightBuffers::new(gpu.device(), gpu.queue(), &lights)?;
+        Ok(self.conventional.get_or_init(|| buffers))
+    }
+
+    /// Shows other colours on light `light` of the scene.
+    pub(super) fn replace_image(
+        &mut self,
+        gpu: &Gpu,
+        light: usize,
+        colors: ImageColors<'_>,
+    ) -> Result<(), ReplaceImageError> {
+        let place = self.sources.iter().position(|&source| source == light);
+        let place = place.ok_or(ReplaceImageError::NoImage { light })?;
+        let replaced = self
+            .polygons
+            .replace_image(gpu.device(), gpu.queue(), place, colors);
+        replaced.map_err(|fault| match fault {
+            ReplaceImageError::NoImage { .. } => ReplaceImageError::NoImage { light },
+            other => other,
+        })?;
+        self.replaced.entry(place).or_default().store(colors);
+        self.conventional = OnceLock::new();
+        // What the cluster may add at most.
+        let cluster = place / CLUSTER_LIGHTS;
+        let first = cluster * CLUSTER_LIGHTS;
+        let lights = self.lights.iter().enumerate();
+        let power = lights
+            .skip(first)
+            .take(CLUSTER_LIGHTS)
+            .map(|(i, light)| {
+                let record = self.polygons.images().record(i);
+                light_power(light, record.map_or([1.0; 3], |record| record.greatest))
+            })
+            .fold(0.0, f32::max)
+            * 1.00001;
+        let at = cluster * size_of::<ClusterRecord>() + offset_of!(ClusterRecord, power);
+        gpu.queue()
+            .write_buffer(&self.clusters, at as u64, bytemuck::bytes_of(&power));
+        Ok(())
     }
 
     pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
@@ -144,7 +249,11 @@ impl Lighting {
         textures: &[Texture],
     ) -> Result<bool, GpuError> {
         let (device, queue) = (gpu.device(), gpu.queue());
-        let (lights, warnings) = prepared(polygons, textures);
+        let PreparedLights {
+            lights,
+            sources,
+            warnings,
+        } = prepared(polygons, textures);
         let records: Vec<ClusterRecord> = clusters(&lights);
         let bytes: &[u8] = bytemuck::cast_slice(&records);
         if self.polygons.write(device, queue, &lights)? {
@@ -157,54 +266,96 @@ impl Lighting {
         } else {
             queue.write_buffer(&self.clusters, 0, bytes);
         }
-        self.record_ends = record_ends(&lights);
-        self.fields = FieldCache::new(lights);
+        self.fields = FieldCache::new(&lights);
+        self.lights = lights;
+        self.sources = sources;
+        self.replaced.clear();
+        self.conventional = OnceLock::new();
         self.warnings = warnings;
         Ok(grows)
     }
 }
 
-/// The lights that can be evaluated, neighbours in clusters, and why the others light nothing.
-fn prepared(lights: &[EmissivePolygon], textures: &[Texture]) -> (Vec<Light>, Vec<String>) {
-    let PreparedLights {
-        mut lights,
-        warnings,
-        ..
-    } = PreparedLights::new(lights, textures);
-    sort_by_place(&mut lights);
-    (lights, warnings)
+/// Edges that one tap of an image costs as much as, about.
+const EDGES_A_TAP: u64 = 4;
+
+/// Colours of an image, kept.
+enum Replaced {
+    Srgb(Vec<[u8; 4]>),
+    Linear(Vec<[f32; 3]>),
 }
 
-/// Whole clusters, at least one a part; one empty part where there is no light.
-fn parts(record_ends: &[u32], walks: u64, most_rounds: u64) -> Vec<Range<u32>> {
+impl Default for Replaced {
+    fn default() -> Self {
+        Self::Srgb(Vec::new())
+    }
+}
+
+impl Replaced {
+    /// Keeps other ones; in the same memory, where they are of the same kind.
+    fn store(&mut self, colors: ImageColors<'_>) {
+        match (&mut *self, colors) {
+            (Self::Srgb(kept), ImageColors::Srgb(colors)) => {
+                kept.clear();
+                kept.extend_from_slice(colors);
+            }
+            (Self::Linear(kept), ImageColors::Linear(colors)) => {
+                kept.clear();
+                kept.extend_from_slice(colors);
+            }
+            (_, ImageColors::Srgb(colors)) => *self = Self::Srgb(colors.to_vec()),
+            (_, ImageColors::Linear(colors)) => *self = Self::Linear(colors.to_vec()),
+        }
+    }
+
+    fn borrowed(&self) -> ImageColors<'_> {
+        match self {
+            Self::Srgb(colors) => ImageColors::Srgb(colors),
+            Self::Linear(colors) => ImageColors::Linear(colors),
+        }
+    }
+}
+
+/// The lights that can be evaluated, neighbours in clusters, and why the others light nothing.
+fn prepared(lights: &[EmissivePolygon], textures: &[Texture]) -> PreparedLights {
+    let PreparedLights {
+        lights,
+        sources,
+        warnings,
+    } = PreparedLights::new(lights, textures);
+    let order = order_by_place(&lights);
+    let mut left: Vec<_> = lights.into_iter().zip(sources).map(Some).collect();
+    let (lights, sources) = order.iter().filter_map(|&i| left[i].take()).unzip();
+    PreparedLights {
+        lights,
+        sources,
+        warnings,
+    }
+}
+
+/// Vertex records of a light.
+fn records(light: &Light) -> u64 {
+    (light.polygon.vertex_count() + light.polygon.loop_count()) as u64
+}
+
+/// Whole clusters, at least one a part; one empty part where there is no light. `rounds` are those of
+/// each light.
+fn parts(rounds: &[u64], most_rounds: u64) -> Vec<Range<u32>> {
     let mut parts = vec![Range::default()];
-    let (mut rounds, mut start) = (0_u64, 0);
-    for cluster in record_ends.chunks(CLUSTER_LIGHTS) {
-        let end = cluster[cluster.len() - 1];
-        // A round for each record and walk, one to begin each walk, and two to find the light.
-        let own = u64::from(end - start) * walks + cluster.len() as u64 * (walks + 2);
-        start = end;
+    let mut sum = 0_u64;
+    for cluster in rounds.chunks(CLUSTER_LIGHTS) {
+        let own: u64 = cluster.iter().sum();
         let last = parts.len() - 1;
         let place = parts[last].end;
-        if rounds > 0 && rounds.saturating_add(own) > most_rounds {
+        if sum > 0 && sum.saturating_add(own) > most_rounds {
             parts.push(place..place);
-            rounds = 0;
+            sum = 0;
         }
-        rounds += own;
+        sum += own;
         let last = parts.len() - 1;
         parts[last].end += cluster.len() as u32;
     }
     parts
-}
-
-/// One past the last vertex record of each.
-fn record_ends(lights: &[Light]) -> Vec<u32> {
-    let mut end = 0;
-    let mut next = |light: &Light| {
-        end += (light.polygon.vertex_count() + light.polygon.loop_count()) as u32;
-        end
-    };
-    lights.iter().map(&mut next).collect()
 }
 
 #[cfg(test)]
@@ -213,12 +364,11 @@ mod tests {
 
     #[test]
     fn parts_are_all_lights_in_clusters() {
-        // Quads, and among them a polygon of 1,000 vertices.
-        let ends: Vec<u32> = (0..10_000)
-            .map(|i| 5 * (i + 1) + if i < 77 { 0 } else { 1000 })
-            .collect();
+        // Quads walked twice, and among them a polygon of 1,000 vertices.
+        let mut rounds = vec![14; 10_000];
+        rounds[77] += 2_000;
         for most in [1, 1_000, 60_000, u64::MAX] {
-            let parts = parts(&ends, 2, most);
+            let parts = parts(&rounds, most);
             assert_eq!((parts[0].start, parts[parts.len() - 1].end), (0, 10_000));
             for pair in parts.windows(2) {
                 assert_eq!(pair[0].end, pair[1].start);
@@ -235,6 +385,6 @@ mod tests {
                 );
             }
         }
-        assert_eq!(parts(&[], 2, 60_000), vec![Range::default()]);
+        assert_eq!(parts(&[], 60_000), vec![Range::default()]);
     }
 }

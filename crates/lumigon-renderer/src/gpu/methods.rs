@@ -1,7 +1,8 @@
 //! The methods that light pictures, as the constants of a pipeline.
 
 use lumigon::{
-    DiffuseMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis, SpecularMethod,
+    DiffuseMethod, ImageMethod, InclusionRule, LocalOcclusion, LtcLobes, ProjectionBasis,
+    SpecularMethod,
 };
 
 use super::scene_buffers::Features;
@@ -17,10 +18,13 @@ pub(super) struct Methods {
     two_lobes: bool,
     by_winding_number: bool,
     culls_lights: bool,
+    has_images: bool,
+    conventional_images: bool,
 }
 
 impl Methods {
-    pub(super) fn new(settings: &RenderSettings) -> Self {
+    /// For lights of which some have images, or none.
+    pub(super) fn new(settings: &RenderSettings, has_images: bool) -> Self {
         // The numbers are the shaders' DIFFUSE, BASIS and SPECULAR constants.
         let (diffuse, basis, occlusion) = match settings.diffuse {
             DiffuseMethod::Exact { occlusion } => (0, 0, occlusion),
@@ -61,7 +65,21 @@ impl Methods {
                 SpecularMethod::ReflectedInclusion(InclusionRule::WindingNumber)
             ),
             culls_lights: settings.light_bound > 0.0 && bounded,
+            has_images,
+            conventional_images: has_images && settings.image_method == ImageMethod::Lookup,
         }
+    }
+
+    /// How often a pixel averages a light's image, at most.
+    pub(super) fn image_means(self, features: Features) -> u64 {
+        let [coats, sheens, rough] = [
+            features.clearcoat,
+            features.sheen,
+            features.diffuse_roughness,
+        ]
+        .map(u64::from);
+        let lobes = if self.two_lobes { 2 } else { 1 };
+        2 + lobes * (1 + coats) + coats + sheens + rough
     }
 
     /// Whether lights that add too little are left out.
@@ -97,7 +115,7 @@ impl Methods {
     }
 
     /// The shader's constants.
-    pub(super) fn constants(self) -> [(&'static str, f64); 7] {
+    pub(super) fn constants(self) -> [(&'static str, f64); 9] {
         [
             ("DIFFUSE_METHOD", f64::from(self.diffuse)),
             ("PROJECTION_BASIS", f64::from(self.basis)),
@@ -106,7 +124,17 @@ impl Methods {
             ("TWO_LOBES", f64::from(self.two_lobes)),
             ("BY_WINDING_NUMBER", f64::from(self.by_winding_number)),
             ("CULLS_LIGHTS", f64::from(self.culls_lights)),
+            ("HAS_IMAGES", f64::from(self.has_images)),
+            ("CONVENTIONAL_IMAGES", f64::from(self.conventional_images)),
         ]
+    }
+}
+
+/// Taps along either axis of an image; 0 for the conventional lookup.
+pub(super) fn image_taps(method: ImageMethod) -> u32 {
+    match method {
+        ImageMethod::Lookup => 0,
+        ImageMethod::Quadrature { taps } => taps.clamp(1, 16),
     }
 }
 

@@ -3,6 +3,8 @@
 use std::ops::Range;
 use std::sync::Mutex;
 
+use lumigon_wgpu::{ImageColors, ReplaceImageError};
+
 use super::AdapterKind;
 use super::clock::Clock;
 use super::device::{Gpu, Waited, lock};
@@ -10,7 +12,7 @@ use super::equipment::Equipment;
 use super::error::GpuError;
 use super::frame::View;
 use super::lighting::Lighting;
-use super::methods::Methods;
+use super::methods::{Methods, image_taps};
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
 use super::shading::{self, MOST_PARTS, PIXEL, Shading, ShadingRecord};
 use super::tile::{Tile, tile_size, tiles};
@@ -118,6 +120,32 @@ impl GpuRenderer {
         Ok(())
     }
 
+    /// Shows another picture on the light `light` of [`Scene::polygon_lights`], in place: one colour for
+    /// each of its [`EmissiveImage::size`](crate::EmissiveImage::size) cells, row by row. The device filters
+    /// it, so that each frame of a video may. What is seen of the light's own faces stays; see
+    /// [`CpuRenderer::replace_light_image`](crate::CpuRenderer::replace_light_image).
+    ///
+    /// # Errors
+    /// Where there is no such light or it shows no picture, where the colours are not one a cell, finite
+    /// and not negative, and where the device fails; the light then shows what it did.
+    pub fn replace_light_image(
+        &mut self,
+        light: usize,
+        colors: ImageColors<'_>,
+    ) -> Result<(), RenderError> {
+        let (gpu, lighting) = (self.gpu.clone(), &mut self.lighting);
+        let mut replaced = Ok(());
+        gpu.guarded("a light's picture", || {
+            replaced = lighting.replace_image(&gpu, light, colors);
+            Ok(())
+        })?;
+        replaced.map_err(|fault| match fault {
+            ReplaceImageError::NoImage { .. } => RenderError::NoPicture { light },
+            ReplaceImageError::Colors(fault) => RenderError::Picture(fault),
+            ReplaceImageError::TooLarge(fault) => RenderError::Gpu(GpuError::Lights(fault.into())),
+        })
+    }
+
     /// Renders with closed forms, as [`CpuRenderer::render`](crate::CpuRenderer::render) does.
     ///
     /// # Errors
@@ -173,11 +201,12 @@ impl GpuRenderer {
         watch: Watch<'_>,
         equipment: &mut Option<Equipment>,
     ) -> Result<Waited, GpuError> {
-        let methods = Methods::new(settings);
+        let methods = Methods::new(settings, self.lighting.has_images());
         let pipeline = self.shading.pipeline(&self.gpu, methods);
-        let edges = self.edges(methods);
+        let taps = image_taps(settings.image_method);
+        let edges = self.edges(methods, taps);
         let most_work = most_work(self.gpu.adapter().kind);
-        let parts = self.parts(methods);
+        let parts = self.parts(methods, taps);
         let records: Vec<_> = parts
             .iter()
             .map(|part| ShadingRecord::new(settings, &self.lighting, part))
@@ -306,15 +335,16 @@ impl GpuRenderer {
     }
 
     /// The lights in parts that one dispatch each adds.
-    fn parts(&self, methods: Methods) -> Vec<Range<u32>> {
+    fn parts(&self, methods: Methods, taps: u32) -> Vec<Range<u32>> {
         let walks = methods.walks(self.scene.features);
+        let means = methods.image_means(self.scene.features);
         let mut most_rounds = if self.gpu.adapter().is_software() {
             SOFTWARE_ROUNDS
         } else {
             u64::MAX
         };
         loop {
-            let parts = self.lighting.parts(walks, most_rounds);
+            let parts = self.lighting.parts(walks, means, taps, most_rounds);
             if parts.len() <= MOST_PARTS {
                 return parts;
             }
@@ -323,13 +353,13 @@ impl GpuRenderer {
     }
 
     /// Edges that a pixel goes through, about.
-    fn edges(&self, methods: Methods) -> u64 {
+    fn edges(&self, methods: Methods, taps: u32) -> u64 {
         let most = if methods.culls_lights() {
             MOST_COUNTING_EDGES
         } else {
             u64::MAX
         };
-        self.lighting.edges().clamp(1, most)
+        self.lighting.edges(taps).clamp(1, most)
     }
 }
 

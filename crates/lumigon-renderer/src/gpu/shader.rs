@@ -178,7 +178,7 @@ mod tests {
             (
                 "Shading",
                 offsets!(ShadingRecord: light_bound, bias, punctual_count, first_light, end_light,
-                    smoothness_factor, smoothness),
+                    smoothness_factor, smoothness, image_taps),
             ),
             ("Cluster", offsets!(ClusterRecord: center, radius, power)),
         ] {

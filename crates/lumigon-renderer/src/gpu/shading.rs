@@ -9,7 +9,7 @@ use lumigon::SpecularMethod;
 use super::device::{Gpu, lock};
 use super::error::GpuError;
 use super::lighting::Lighting;
-use super::methods::{Methods, bias};
+use super::methods::{Methods, bias, image_taps};
 use super::scene_buffers::Features;
 use super::shader::{SHADE, Shader, scene_constants};
 use crate::render::RenderSettings;
@@ -28,6 +28,7 @@ pub(super) struct ShadingRecord {
     pub(super) end_light: u32,
     pub(super) smoothness_factor: f32,
     pub(super) smoothness: f32,
+    pub(super) image_taps: u32,
 }
 
 impl ShadingRecord {
@@ -47,6 +48,7 @@ impl ShadingRecord {
             end_light: lights.end,
             smoothness_factor,
             smoothness,
+            image_taps: image_taps(settings.image_method),
         }
     }
 }

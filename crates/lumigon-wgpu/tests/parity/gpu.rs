@@ -7,7 +7,9 @@ use std::time::Duration;
 use crate::poison::poisoned;
 use bytemuck::{Pod, Zeroable};
 use lumigon::{DistanceFieldSettings, DistanceFields, PolygonLight};
-use lumigon_wgpu::{DistanceFieldBuffers, Light, LightBuffers, TableFormat, Tables};
+use lumigon_wgpu::{
+    DistanceFieldBuffers, ImageColors, Light, LightBuffers, ReplaceImageError, TableFormat, Tables,
+};
 
 /// One call's arguments: the shaders' struct `Place`, field by field. A function takes those it needs.
 #[repr(C)]
@@ -160,6 +162,22 @@ pub(crate) fn evaluate(
     lights: &[PolygonLight<f32>],
     places: &[Place],
 ) -> Vec<Values> {
+    let plain = |polygon: &PolygonLight<f32>| Light {
+        polygon: polygon.clone(),
+        radiance: [1.0; 3],
+        image: None,
+    };
+    let lights: Vec<_> = lights.iter().map(plain).collect();
+    evaluate_on(name, body, &lights, places)
+}
+
+/// [`evaluate`], with any lights.
+pub(crate) fn evaluate_on(
+    name: &str,
+    body: &str,
+    lights: &[Light],
+    places: &[Place],
+) -> Vec<Values> {
     let gpu = gpu();
     let count = places.len();
     let places: Vec<Place> = [places, &poisoned(places, POISONED)].concat();
@@ -191,15 +209,7 @@ pub(crate) fn evaluate(
             compilation_options: Default::default(),
             cache: None,
         });
-    let lights: Vec<_> = lights
-        .iter()
-        .map(|polygon| Light {
-            polygon: polygon.clone(),
-            radiance: [1.0; 3],
-            image: None,
-        })
-        .collect();
-    let buffers = LightBuffers::new(&gpu.device, &gpu.queue, &lights).unwrap();
+    let buffers = LightBuffers::new(&gpu.device, &gpu.queue, lights).unwrap();
     let fields = fields(lights.iter().map(|light| &light.polygon));
     let fields = DistanceFieldBuffers::upload(&gpu.device, &gpu.queue, &fields).unwrap();
     let lights_group = lumigon_wgpu::bind_group_with_fields(
@@ -264,4 +274,33 @@ pub(crate) fn evaluate(
     let mut values: Vec<Values> = bytemuck::pod_collect_to_vec(&bytes);
     values.truncate(count);
     values
+}
+
+/// The texels of all images, after a light's was replaced.
+pub(crate) fn texels_after_replacing(
+    lights: &[Light],
+    light: usize,
+    colors: ImageColors<'_>,
+) -> Result<Vec<[f32; 4]>, ReplaceImageError> {
+    let gpu = gpu();
+    let mut buffers = LightBuffers::new(&gpu.device, &gpu.queue, lights).unwrap();
+    buffers.replace_image(&gpu.device, &gpu.queue, light, colors)?;
+    let texels = buffers.images().texels();
+    let back = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: texels.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(texels, 0, &back, 0, texels.size());
+    let submission = gpu.queue.submit([encoder.finish()]);
+    back.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+    let wait = wgpu::PollType::Wait {
+        submission_index: Some(submission),
+        timeout: Some(PATIENCE),
+    };
+    gpu.device.poll(wait).unwrap();
+    let bytes = back.slice(..).get_mapped_range().unwrap();
+    Ok(bytemuck::pod_collect_to_vec(&bytes))
 }

@@ -21,7 +21,7 @@ fn ltc(place: &Place) -> Ltc<f64> {
 ///
 /// The true one is about unit vectors: where the view is nearly the normal, what f32 leaves of their
 /// lengths would turn it.
-fn prepared(_: &Subject, place: &Place) -> PreparedLtc<f64> {
+pub(crate) fn prepared(_: &Subject, place: &Place) -> PreparedLtc<f64> {
     let unit = |v: [f32; 3]| double(v).normalize_or_zero();
     PreparedLtc::new(&ltc(place), unit(place.normal), unit(place.view))
 }

@@ -11,6 +11,8 @@ mod check;
 mod compare;
 mod distance_fields;
 mod gpu;
+mod image_filter;
+mod images;
 mod lights;
 mod lobes;
 mod numbers;

@@ -1,6 +1,8 @@
 //! How far f32 on a GPU may be from f64 on the CPU, and why.
 
-use lumigon::{Ltc, PreparedLtc, ProjectionBasis, Pyramid, Vec3, projection_axis};
+use lumigon::{
+    ImageFrame, Ltc, PreparedLtc, ProjectionBasis, Pyramid, Vec3, light_vector, projection_axis,
+};
 
 use crate::cases::{Sight, Subject, double};
 use crate::gpu::Place;
@@ -352,4 +354,96 @@ pub(crate) fn lobe_direction(ltc: &Ltc<f64>, direction: Vector) -> Option<f64> {
         + direction.y.abs() * ((a * d).abs() + (b * c).abs());
     let length = (x * x + y * y + z * z).sqrt();
     (length > 1e-9).then(|| 3e-7 * rounding / length + 3e-7)
+}
+
+/// Of an image that varies by 1 from texel to texel, by how much of the image a lookup may miss its
+/// place; `size` is the image's.
+fn color_error(missed: f64, size: [u32; 2]) -> f64 {
+    (missed * f64::from(size[0].max(size[1]))).min(1.0)
+}
+
+/// The colour that taps find: where they lie and what they weigh is rounded as places are, relative
+/// to the plane's distance.
+pub(crate) fn mean_image(sight: &Sight, size: [u32; 2]) -> Option<f64> {
+    let rounding = 2e-6 * (1.0 + sight.distance) / sight.plane_height.abs().min(1.0);
+    (is_comparable(sight) && sight.has_same_circle).then(|| color_error(rounding, size))
+}
+
+/// By projected area, which moreover divides by depths along the axis.
+pub(crate) fn projected_mean_image(
+    subject: &Subject,
+    place: &Place,
+    sight: &Sight,
+    basis: ProjectionBasis,
+    size: [u32; 2],
+) -> Option<f64> {
+    let axis = projection_axis(&subject.light, double(place.point), basis);
+    let depth = least_depth(&vertices(subject, place), axis);
+    let reach = sight.distance.max(1.0);
+    (depth > 0.02 * reach).then_some(mean_image(sight, size)? * reach / depth)
+}
+
+/// By a lobe: in cosine space, where places are rounded as in world space but may be much nearer.
+pub(crate) fn ltc_mean_image(
+    subject: &Subject,
+    place: &Place,
+    sight: &Sight,
+    lobe: &PreparedLtc<f64>,
+    frame: &ImageFrame<f64>,
+    size: [u32; 2],
+) -> Option<f64> {
+    mean_image(sight, size)?;
+    let [distance, _, _] = in_cosine_space(subject, place, lobe);
+    let rows = lobe.world_to_cosine();
+    let transform = |v: Vector| Vec3::new(rows[0].dot(v), rows[1].dot(v), rows[2].dot(v));
+    let (u, v) = (transform(frame.edge_u), transform(frame.edge_v));
+    let (center, radius) = subject.light.circumscribed_circle();
+    let to_center = transform((center - double(place.point)) * (1.0 / radius));
+    let normal = u.cross(v).normalize_or_zero();
+    let height = normal.dot(to_center).abs();
+    // A sheared image's own coordinates, and a plane that rounding turns.
+    let lean = u.length() * v.length() / u.cross(v).length();
+    let reach = sight.distance.max(1.0);
+    let rounding = 2e-6 * lean * reach / height.min(distance).min(1.0);
+    Some(color_error(rounding, size))
+}
+
+/// Where a ray from `distance` off the image's plane meets it under this cosine, for a direction that
+/// may err by so much: as a share of the image.
+fn missed(frame: &ImageFrame<f64>, distance: f64, cosine: f64, direction_error: f64) -> f64 {
+    let area = frame.edge_u.cross(frame.edge_v).length();
+    let narrowest = area / frame.edge_u.length().max(frame.edge_v.length());
+    direction_error * distance / (cosine * cosine * narrowest)
+}
+
+/// The conventional lookup: where the light vector meets the plane.
+pub(crate) fn conventional_image(
+    subject: &Subject,
+    place: &Place,
+    sight: &Sight,
+    frame: &ImageFrame<f64>,
+    size: [u32; 2],
+) -> Option<f64> {
+    let own = mean_image(sight, size)?;
+    let vector = light_vector(&subject.light, double(place.point));
+    let error = direction(flux(sight, false, vector.length()), vector.length())?;
+    let cosine = subject.light.normal().dot(vector.normalize_or_zero()).abs();
+    let missed = missed(frame, sight.plane_height.abs(), cosine, error);
+    Some((own + color_error(missed, size)).min(1.0))
+}
+
+/// The image where a mirrored view meets the plane.
+pub(crate) fn reflected_image(
+    subject: &Subject,
+    place: &Place,
+    sight: &Sight,
+    frame: &ImageFrame<f64>,
+    size: [u32; 2],
+) -> Option<f64> {
+    let own = mean_image(sight, size)?;
+    let (normal, view) = (double(place.normal), double(place.view));
+    let reflected = normal * (2.0 * normal.dot(view)) - view;
+    let cosine = subject.light.normal().dot(reflected).abs();
+    let missed = missed(frame, sight.distance.max(1.0), cosine, 1e-6);
+    (cosine > 1e-3).then(|| (own + color_error(missed, size)).min(1.0))
 }

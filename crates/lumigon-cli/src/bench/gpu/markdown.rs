@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
+use super::images::ImageFigures;
 use super::{COMPARED_LIGHTS, COUNTS, Figures, LightFigures};
+use crate::bench::images::FilterFigures;
 
 /// All figures as tables, each under its heading.
 pub(super) fn markdown(figures: &Figures) -> String {
@@ -98,6 +100,40 @@ fn write(out: &mut String, figures: &Figures) -> std::fmt::Result {
             many.clock,
         )?;
     }
+    write_images(out, &figures.images)
+}
+
+fn write_images(out: &mut String, figures: &ImageFigures) -> std::fmt::Result {
+    writeln!(
+        out,
+        "\n### Lights with images\n\nDiffuse light and LTC, by {}.\n\n\
+         | image | ns a pixel and light | over no image |\n| --- | ---: | ---: |",
+        figures.clock
+    )?;
+    for light in &figures.lights {
+        writeln!(
+            out,
+            "| {} | {} | {:.2} |",
+            light.image_method,
+            significant(light.nanoseconds),
+            light.ratio
+        )?;
+    }
+    writeln!(
+        out,
+        "\n### A new image: upload of its bytes and all levels\n\n\
+         | image | ms | MB |\n| ---: | ---: | ---: |"
+    )?;
+    for FilterFigures {
+        side,
+        milliseconds,
+        bytes,
+    } in &figures.filtering
+    {
+        let megabytes = *bytes as f64 * 1e-6;
+        let time = significant(*milliseconds);
+        writeln!(out, "| {side}x{side} | {time} | {megabytes:.1} |")?;
+    }
     Ok(())
 }
 
@@ -119,6 +155,7 @@ fn significant(value: f64) -> String {
 mod tests {
     use super::*;
     use crate::bench::gpu::DeviceFigures;
+    use crate::bench::gpu::images::ImageLightFigures;
     use crate::bench::gpu::shading::Shading;
 
     #[test]
@@ -149,12 +186,30 @@ mod tests {
             lights: COUNTS.map(light).into(),
             methods: Vec::new(),
             many_lights: Vec::new(),
+            images: ImageFigures {
+                clock: "timestamp queries",
+                lights: vec![ImageLightFigures {
+                    image_method: "2x2",
+                    lights: 8,
+                    width: 1440,
+                    height: 900,
+                    nanoseconds: 1.5,
+                    ratio: 3.0,
+                }],
+                filtering: vec![FilterFigures {
+                    side: 256,
+                    milliseconds: 0.5,
+                    bytes: 1_398_096,
+                }],
+            },
         };
         let text = markdown(&figures);
         assert!(
             text.contains("| diffuse + LTC | 4 | 0.0123 (2.0) |"),
             "{text}"
         );
+        assert!(text.contains("| 2x2 | 1.50 | 3.00 |"), "{text}");
+        assert!(text.contains("| 256x256 | 0.500 | 1.4 |"), "{text}");
         assert!(text.contains("Scaled from smaller frames"));
         for table in text.split("\n\n").filter(|part| part.starts_with('|')) {
             let cells: Vec<_> = table.lines().map(|l| l.matches('|').count()).collect();

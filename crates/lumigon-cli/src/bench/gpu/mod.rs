@@ -1,6 +1,7 @@
 //! `lumigon bench --backend gpu`: what light costs on a GPU, beside what the GPU can do at most and
 //! beside common practice.
 
+mod images;
 mod kernel;
 mod lighting;
 mod many_lights;
@@ -45,6 +46,7 @@ pub(super) struct Figures {
     lights: Vec<LightFigures>,
     methods: Vec<MethodFigures>,
     many_lights: Vec<many_lights::ManyLightsFigures>,
+    images: images::ImageFigures,
 }
 
 impl Figures {
@@ -136,11 +138,13 @@ pub(super) fn measure(gpu: &Gpu, interrupt: &Interrupt) -> Result<Figures, Failu
     let lights = measure_lights(&mut stage, fma, bandwidth)?;
     let methods = measure_methods(&mut stage)?;
     let many_lights = many_lights::measure(gpu, interrupt)?;
+    let images = images::measure(gpu, interrupt)?;
     Ok(Figures {
         device,
         lights,
         methods,
         many_lights,
+        images,
     })
 }
 
