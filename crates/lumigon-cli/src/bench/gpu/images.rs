@@ -202,7 +202,7 @@ fn light(i: usize, with_image: bool) -> EmissivePolygon {
     let outline = polygon.loops().next().into_iter().flatten();
     EmissivePolygon {
         name: "screen".to_owned(),
-        loops: vec![outline.map(|vertex| vertex.into()).collect()],
+        loops: vec![outline.map(Into::into).collect()],
         radiance: Vec3::ONE,
         image: with_image.then_some(EmissiveImage {
             emission: None,
