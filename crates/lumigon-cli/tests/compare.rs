@@ -77,7 +77,7 @@ fn report_is_whole_and_its_numbers_hold() {
 
     let methods = metrics["methods"].as_array().unwrap();
     let method = |id: &str| methods.iter().find(|m| m["id"] == id).unwrap();
-    assert_eq!(methods.len(), 18);
+    assert_eq!(methods.len(), 19);
     for method in methods {
         assert!(number(&method["rmse"]) > 0.0, "{method}");
         assert!((0.0..=1.0).contains(&number(&method["flip"])), "{method}");
