@@ -28,7 +28,7 @@ const EVEN: f64 = 1e-3;
 
 /// What a direction weighs.
 #[derive(Clone, Copy, Debug)]
-pub enum ImageWeight<T> {
+pub(crate) enum ImageWeight<T> {
     /// Its cosine with the horizon's normal: irradiance and, in cosine space, linearly transformed
     /// cosines.
     Cosine,
@@ -40,7 +40,7 @@ pub enum ImageWeight<T> {
 
 /// Where the taps of one shading point lie, and what they weigh.
 #[derive(Clone, Copy, Debug)]
-pub struct ImageQuadrature<T> {
+pub(crate) struct ImageQuadrature<T> {
     frame: ImageFrame<T>,
     weight: ImageWeight<T>,
     /// Heights over the horizon of the frame's corner and edges: x + u y + v z.
@@ -56,7 +56,7 @@ pub struct ImageQuadrature<T> {
 
 /// Taps of one row.
 #[derive(Clone, Copy, Debug)]
-pub struct ImageRow<T> {
+pub(crate) struct ImageRow<T> {
     v: T,
     /// How fast v moves with the rows, and how much of it this row stands for.
     speed: T,
@@ -66,17 +66,17 @@ pub struct ImageRow<T> {
 
 /// One lookup.
 #[derive(Clone, Copy, Debug)]
-pub struct ImageTap<T> {
+pub(crate) struct ImageTap<T> {
     /// Across the columns, in \[0, 1\].
-    pub u: T,
+    pub(crate) u: T,
     /// Down the rows, in \[0, 1\].
-    pub v: T,
+    pub(crate) v: T,
     /// Extent along u that it stands for, as a fraction of the image.
-    pub extent_u: T,
+    pub(crate) extent_u: T,
     /// Extent along v.
-    pub extent_v: T,
+    pub(crate) extent_v: T,
     /// To multiply the texel with.
-    pub weight: T,
+    pub(crate) weight: T,
 }
 
 /// Part of a line as a shading point weighs it: how even steps of sin(theta - phi) become a
@@ -283,7 +283,7 @@ impl<T: Real> ImageQuadrature<T> {
 
     /// The row at `at`: (j + 1/2) / count for row j.
     #[inline(always)]
-    pub fn row(&self, at: T, count: T) -> ImageRow<T> {
+    pub(crate) fn row(&self, at: T, count: T) -> ImageRow<T> {
         let (zero, one) = (at.constant(0.0), at.constant(1.0));
         let (v, speed) = self.v_warp.tap(at);
         let heights = self.heights;
@@ -316,7 +316,7 @@ impl<T: Real> ImageQuadrature<T> {
 
     /// The tap of a row at `at`: (i + 1/2) / count for tap i.
     #[inline(always)]
-    pub fn tap(&self, row: &ImageRow<T>, at: T, count: T) -> ImageTap<T> {
+    pub(crate) fn tap(&self, row: &ImageRow<T>, at: T, count: T) -> ImageTap<T> {
         let zero = at.constant(0.0);
         let (u, speed) = row.u_warp.tap(at);
         let ImageFrame {

@@ -79,7 +79,6 @@ pub use eon::{
 pub use ggx::{MINIMUM_ALPHA, ggx_anisotropic_cosine, ggx_cosine, schlick};
 pub use image_lookup::{GAUSSIAN_LEVELS, GaussianLevel, GaussianLevels};
 pub use image_pyramid::{ImagePyramid, Texel};
-pub use image_quadrature::{ImageQuadrature, ImageRow, ImageTap, ImageWeight};
 pub use irradiance::{form_factor, irradiance, light_vector, light_vector_above};
 pub use lanes::{LaneMask, Lanes};
 pub use light_direction::{LightDirection, circle_occlusion, clip_loop, light_direction};

@@ -1,6 +1,7 @@
 //! What a polygon light shows.
 
 use glam::{DVec2, DVec3, Vec3, Vec4, Vec4Swizzles};
+use lumigon::ImagePyramid;
 use rayon::prelude::*;
 
 use super::{Emitter, TextureMap, facet::Facet, mapping::Placement, resample};
@@ -191,13 +192,7 @@ impl EmissiveImage {
     /// Bytes of the picture's prefiltered pyramid: four single-precision numbers a cell, on all levels.
     #[must_use]
     pub fn pyramid_bytes(&self) -> u64 {
-        let [mut width, mut height] = self.size.map(u64::from);
-        let mut cells = width * height;
-        while width > 1 || height > 1 {
-            (width, height) = ((width / 2).max(1), (height / 2).max(1));
-            cells += width * height;
-        }
-        16 * cells
+        ImagePyramid::bytes(self.size)
     }
 
     /// How many texels the light shows, where its picture has fewer cells.
