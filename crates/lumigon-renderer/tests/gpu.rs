@@ -470,6 +470,10 @@ fn images_on_lights_reach_every_layer_as_on_the_cpu() {
             DiffuseMethod::LightVector { occlusion },
             SpecularMethod::ReflectedInclusion(InclusionRule::WindingNumber),
         ),
+        (
+            DiffuseMethod::default(),
+            distances(64, DistanceFieldSmoothness::default()),
+        ),
     ] {
         let settings = RenderSettings {
             diffuse,

@@ -15,7 +15,7 @@ mod smoothness;
 mod tests;
 
 pub use field::DistanceField;
-pub use reflect::{PlacedDistanceField, reflected_distance};
+pub use reflect::{DISTANCE_FIELD_SPREAD, PlacedDistanceField, reflected_distance};
 pub use settings::{
     DistanceFieldError, DistanceFieldSettings, DistanceFieldSmoothness, MAXIMUM_FIELD_RESOLUTION,
     MINIMUM_FIELD_RESOLUTION,

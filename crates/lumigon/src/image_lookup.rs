@@ -8,7 +8,7 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::image_pyramid::{ImagePyramid, Texel, for_each_row};
+use crate::image_pyramid::{ImagePyramid, Texel, bilinear, for_each_row};
 use crate::image_quadrature::{from_single, single};
 use crate::light_image::ImageFrame;
 use crate::real::Real;
@@ -74,9 +74,7 @@ impl GaussianLevels {
         let approach = cross.dot(direction);
         let meets = (signed * approach).gt(zero);
         let along = signed / T::select(meets, approach, one);
-        let place = direction * along - frame.corner;
-        let u = place.cross(frame.edge_v).dot(cross) / squared_area;
-        let v = frame.edge_u.cross(place).dot(cross) / squared_area;
+        let [u, v] = frame.coordinates(direction * along);
         // distance / sqrt(area) = signed / area^(3/2)
         let area = squared_area.sqrt();
         let distance = signed.abs() / (area * area.sqrt());
@@ -166,30 +164,10 @@ impl GaussianLevel {
 
     /// Bilinear, at (u, v) of the image.
     fn sample(&self, u: f32, v: f32) -> [f32; 3] {
-        let [width, height] = self.size.map(|side| side as usize);
-        let (x0, x1, fx) = neighbours(u, width);
-        let (y0, y1, fy) = neighbours(v, height);
-        let texel = |x: usize, y: usize| self.texels[y * width + x];
-        let (a, b, c, d) = (texel(x0, y0), texel(x1, y0), texel(x0, y1), texel(x1, y1));
-        core::array::from_fn(|i| {
-            let upper = a[i] + (b[i] - a[i]) * fx;
-            let lower = c[i] + (d[i] - c[i]) * fx;
-            upper + (lower - upper) * fy
-        })
+        let inside = |x: f32| (x + MARGIN as f32) / (1.0 + 2.0 * MARGIN) as f32;
+        let [r, g, b, _] = bilinear(&self.texels, self.size, inside(u), inside(v));
+        [r, g, b]
     }
-}
-
-fn neighbours(u: f32, size: usize) -> (usize, usize, f32) {
-    let range = (1.0 + 2.0 * MARGIN) as f32;
-    let x = (u + MARGIN as f32) / range * size as f32 - 0.5;
-    // NaN becomes 0.
-    let x = if x > 0.0 {
-        x.min((size - 1) as f32)
-    } else {
-        0.0
-    };
-    let first = x as usize;
-    (first, (first + 1).min(size - 1), x - first as f32)
 }
 
 /// Weights of a level's texel `i` of `count`, and the first of the image's `size` that they are for.

@@ -145,17 +145,23 @@ impl ImagePyramid {
 
     #[inline(always)]
     fn bilinear(&self, u: f32, v: f32, level: u32) -> Texel {
-        let [width, height] = self.level_size(level);
         let texels = &self.texels[self.starts[level as usize]..];
-        let (x0, x1, fx) = neighbours(u, width);
-        let (y0, y1, fy) = neighbours(v, height);
-        let (upper, lower) = (y0 * width as usize, y1 * width as usize);
-        lerp(
-            lerp(texels[upper + x0], texels[upper + x1], fx),
-            lerp(texels[lower + x0], texels[lower + x1], fx),
-            fy,
-        )
+        bilinear(texels, self.level_size(level), u, v)
     }
+}
+
+/// Between the centres of the four nearest texels; coordinates in \[0, 1\] from the upper left corner,
+/// what is beyond is moved to the border.
+#[inline(always)]
+pub(crate) fn bilinear(texels: &[Texel], [width, height]: [u32; 2], u: f32, v: f32) -> Texel {
+    let (x0, x1, fx) = neighbours(u, width);
+    let (y0, y1, fy) = neighbours(v, height);
+    let (upper, lower) = (y0 * width as usize, y1 * width as usize);
+    lerp(
+        lerp(texels[upper + x0], texels[upper + x1], fx),
+        lerp(texels[lower + x0], texels[lower + x1], fx),
+        fy,
+    )
 }
 
 /// The two texels whose centres are on either side of a coordinate, and how far from the first.

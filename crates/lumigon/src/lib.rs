@@ -68,9 +68,10 @@ pub use anisotropic_ltc::AnisotropicLtc;
 pub use bound::{irradiance_bound, ltc_density_bound, ltc_form_factor_bound};
 pub use charlie::{MINIMUM_SHEEN_ALPHA, charlie_cosine};
 pub use distance_field::{
-    DistanceField, DistanceFieldError, DistanceFieldSettings, DistanceFieldSmoothness,
-    DistanceFields, FieldPlacement, MAXIMUM_FIELD_RESOLUTION, MINIMUM_FIELD_RESOLUTION,
-    PlacedDistanceField, check_budget, distance_field_smoothness, field_shapes, reflected_distance,
+    DISTANCE_FIELD_SPREAD, DistanceField, DistanceFieldError, DistanceFieldSettings,
+    DistanceFieldSmoothness, DistanceFields, FieldPlacement, MAXIMUM_FIELD_RESOLUTION,
+    MINIMUM_FIELD_RESOLUTION, PlacedDistanceField, check_budget, distance_field_smoothness,
+    field_shapes, reflected_distance,
 };
 pub use eon::{
     eon_albedo, eon_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_albedo,

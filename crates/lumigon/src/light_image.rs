@@ -7,7 +7,7 @@ use crate::coverage::{coverage, nearest_covered};
 use crate::image_lookup::GaussianLevels;
 use crate::image_pyramid::{ImagePyramid, Texel, for_each_row};
 use crate::polygon::PolygonLight;
-use crate::real::Scalar;
+use crate::real::{Real, Scalar};
 use crate::vec3::Vec3;
 
 /// Weight of colours beyond the outline, which are those of its nearest texels. Without it a lookup
@@ -64,11 +64,25 @@ pub struct ImageFrame<S> {
     pub edge_v: Vec3<S>,
 }
 
-impl ImageFrame<f64> {
+impl<S: Scalar> ImageFrame<S> {
+    /// The same in every lane, beside `like`.
+    #[inline(always)]
+    pub(crate) fn broadcast<T: Real<Scalar = S>>(self, like: T) -> ImageFrame<T> {
+        ImageFrame {
+            corner: Vec3::broadcast(like, self.corner),
+            edge_u: Vec3::broadcast(like, self.edge_u),
+            edge_v: Vec3::broadcast(like, self.edge_v),
+        }
+    }
+}
+
+impl<T: Real> ImageFrame<T> {
     /// (u, v) of a point in the plane.
-    fn coordinates(&self, point: Vec3<f64>) -> [f64; 2] {
+    #[inline(always)]
+    pub(crate) fn coordinates(&self, point: Vec3<T>) -> [T; 2] {
         let normal = self.edge_u.cross(self.edge_v);
-        let inverse = 1.0 / normal.dot(normal);
+        let squared_area = normal.dot(normal);
+        let inverse = squared_area.constant(1.0) / squared_area;
         let offset = point - self.corner;
         [
             offset.cross(self.edge_v).dot(normal) * inverse,

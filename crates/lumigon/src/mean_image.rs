@@ -25,6 +25,17 @@ pub enum ImageMethod {
     },
 }
 
+impl ImageMethod {
+    /// Taps along either axis as they are taken, 1 to 16; 0 for the one lookup.
+    #[must_use]
+    pub fn taps(self) -> u32 {
+        match self {
+            Self::Lookup => 0,
+            Self::Quadrature { taps } => taps.clamp(1, MOST_TAPS),
+        }
+    }
+}
+
 impl Default for ImageMethod {
     /// 2 x 2 taps.
     fn default() -> Self {
@@ -44,11 +55,10 @@ fn uncut<T: Real>(like: T) -> Vec3<T> {
 /// Where an image lies, relative to a shading point, in radii.
 #[inline(always)]
 fn relative<T: Real>(image: &LightImage<T::Scalar>, center: Vec3<T>) -> ImageFrame<T> {
-    let frame = image.frame();
+    let frame = image.frame().broadcast(center.x);
     ImageFrame {
-        corner: Vec3::broadcast(center.x, frame.corner) + center,
-        edge_u: Vec3::broadcast(center.x, frame.edge_u),
-        edge_v: Vec3::broadcast(center.x, frame.edge_v),
+        corner: frame.corner + center,
+        ..frame
     }
 }
 
@@ -99,7 +109,7 @@ impl DiffuseMethod {
                     None => plain_mean(image, point.x),
                 };
             }
-            ImageMethod::Quadrature { taps } => taps.clamp(1, MOST_TAPS),
+            ImageMethod::Quadrature { .. } => method.taps(),
         };
         let mut center = Seen::new(light, point).center;
         let cut = |frame: &ImageFrame<T>, occlusion| match occlusion {
@@ -152,10 +162,10 @@ pub fn ltc_mean_image<T: Real>(
             }
             None => plain_mean(image, point.x),
         },
-        ImageMethod::Quadrature { taps } => {
+        ImageMethod::Quadrature { .. } => {
             let cut = heights(&frame, lobe.normal());
             ImageQuadrature::new(transformed, AboveZ, cut, ImageWeight::Cosine)
-                .mean(image.pyramid(), taps.clamp(1, MOST_TAPS))
+                .mean(image.pyramid(), method.taps())
         }
     }
 }

@@ -36,16 +36,39 @@ pub fn reflected_inclusion<T: Real>(
     let seen = Seen::new(light, point);
     let like = point.x;
     let (zero, one) = (like.constant(0.0), like.constant(1.0));
-    let cosine = normal.dot(view);
-    let direction = normal * (cosine + cosine) - view;
-    let approach = seen.away.dot(direction);
-    let meets = seen.lit & approach.gt(zero) & cosine.gt(zero);
-    let distance = seen.plane_distance / T::select(meets, approach, one);
-    let hit = direction * distance - seen.center;
+    let mirrored = Mirrored::new(&seen, normal, view);
+    let hit = mirrored.direction * mirrored.distance - seen.center;
     let (x_axis, y_axis) = light.plane_axes;
     let x = Vec3::broadcast(like, x_axis).dot(hit);
     let y = Vec3::broadcast(like, y_axis).dot(hit);
-    T::select(meets & contains(light, x, y, rule), one, zero)
+    T::select(mirrored.seen & contains(light, x, y, rule), one, zero)
+}
+
+/// The view vector, mirrored at the surface.
+pub(crate) struct Mirrored<T: Real> {
+    /// Unit vector.
+    pub(crate) direction: Vec3<T>,
+    /// Radii along it to the light's plane; finite where it does not meet it, too.
+    pub(crate) distance: T,
+    /// Whether it meets the plane from an emitting side, with view and surface on one side.
+    pub(crate) seen: T::Mask,
+}
+
+impl<T: Real> Mirrored<T> {
+    #[inline(always)]
+    pub(crate) fn new(seen: &Seen<T>, normal: Vec3<T>, view: Vec3<T>) -> Self {
+        let zero = seen.plane_distance.constant(0.0);
+        let cosine = normal.dot(view);
+        let direction = normal * (cosine + cosine) - view;
+        let approach = seen.away.dot(direction);
+        let meets = approach.gt(zero);
+        let one = zero.constant(1.0);
+        Self {
+            direction,
+            distance: seen.plane_distance / T::select(meets, approach, one),
+            seen: seen.lit & meets & cosine.gt(zero),
+        }
+    }
 }
 
 /// The colour of the light's image where the mirrored view meets the light's plane, or the nearest
@@ -64,25 +87,18 @@ pub fn reflected_image<T: Real>(
 ) -> [T; 3] {
     let seen = Seen::new(light, point);
     let like = point.x;
-    let (zero, one) = (like.constant(0.0), like.constant(1.0));
-    let cosine = normal.dot(view);
-    let direction = normal * (cosine + cosine) - view;
-    let approach = seen.away.dot(direction);
-    let meets = approach.gt(zero);
-    let distance = seen.plane_distance / T::select(meets, approach, one);
-    let frame = image.frame();
-    let [corner, edge_u, edge_v] =
-        [frame.corner, frame.edge_u, frame.edge_v].map(|v| Vec3::broadcast(like, v));
-    let hit = direction * distance - seen.center - corner;
-    let cross = edge_u.cross(edge_v);
-    let inverse = one / cross.dot(cross);
-    let u = hit.cross(edge_v).dot(cross) * inverse;
-    let v = edge_u.cross(hit).dot(cross) * inverse;
+    let Mirrored {
+        direction,
+        distance,
+        ..
+    } = Mirrored::new(&seen, normal, view);
+    let frame = image.frame().broadcast(like);
+    let [u, v] = frame.coordinates(direction * distance - seen.center);
     // Widths of the lobe in texels.
     let [width, height] = image.size().map(f64::from);
     let across = distance * spread;
-    let columns = across * like.constant(width) / edge_u.length();
-    let rows = across * like.constant(height) / edge_v.length();
+    let columns = across * like.constant(width) / frame.edge_u.length();
+    let rows = across * like.constant(height) / frame.edge_v.length();
     let pyramid = image.pyramid();
     T::lookup(
         [u, v, columns, rows],

@@ -3,10 +3,10 @@
 use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use lumigon::{
-    DiffuseMethod, ImageMethod, Lanes, LightImage, LocalOcclusion, Ltc, Mask, PlacedDistanceField,
-    PreparedLtc, Real, SpecularMethod, eon_multiple_cosine, eon_single_cosine,
-    ggx_anisotropic_cosine, ggx_cosine, light_direction, ltc_form_factor, ltc_mean_image,
-    reflected_distance, reflected_image, reflected_inclusion,
+    DISTANCE_FIELD_SPREAD, DiffuseMethod, ImageMethod, Lanes, LightImage, LocalOcclusion, Ltc,
+    Mask, PlacedDistanceField, PreparedLtc, Real, SpecularMethod, eon_multiple_cosine,
+    eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine, light_direction, ltc_form_factor,
+    ltc_mean_image, reflected_distance, reflected_image, reflected_inclusion,
 };
 use lumigon_wgpu::Light;
 
@@ -21,10 +21,6 @@ type Sums = [Vec<f32>; 3];
 
 /// Lights whose sum is rounded as one: single precision adds thousands only in parts.
 const LIGHTS_AT_ONCE: usize = 256;
-
-/// How much wider a lobe gets for each unit of its length, over alpha: as [`reflected_distance`] has
-/// it.
-const FIELD_SPREAD: f64 = 4.0;
 
 /// How light is computed.
 #[derive(Clone, Copy)]
@@ -366,7 +362,7 @@ fn responses<S: Simd>(
                     // Distances have no direction: of two widths their mean.
                     let alpha = lobes.lanes(simd, 12, start) * lobes.lanes(simd, 13, start);
                     let alpha = alpha.sqrt();
-                    let spread = alpha * alpha.constant(FIELD_SPREAD);
+                    let spread = alpha * alpha.constant(DISTANCE_FIELD_SPREAD);
                     for (light, &field) in lights.iter().zip(fields) {
                         let polygon = &light.polygon;
                         let near = reflected_distance(

@@ -130,14 +130,6 @@ impl Methods {
     }
 }
 
-/// Taps along either axis of an image; 0 for the conventional lookup.
-pub(super) fn image_taps(method: ImageMethod) -> u32 {
-    match method {
-        ImageMethod::Lookup => 0,
-        ImageMethod::Quadrature { taps } => taps.clamp(1, 16),
-    }
-}
-
 /// How far behind the shading point a biased projection is, in scene units; 0 for others.
 pub(super) fn bias(method: DiffuseMethod) -> f32 {
     match method {

@@ -12,7 +12,7 @@ use super::equipment::Equipment;
 use super::error::GpuError;
 use super::frame::View;
 use super::lighting::Lighting;
-use super::methods::{Methods, image_taps};
+use super::methods::Methods;
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
 use super::shading::{self, MOST_PARTS, PIXEL, Shading, ShadingRecord};
 use super::tile::{Tile, tile_size, tiles};
@@ -203,7 +203,7 @@ impl GpuRenderer {
     ) -> Result<Waited, GpuError> {
         let methods = Methods::new(settings, self.lighting.has_images());
         let pipeline = self.shading.pipeline(&self.gpu, methods);
-        let taps = image_taps(settings.image_method);
+        let taps = settings.image_method.taps();
         let edges = self.edges(methods, taps);
         let most_work = most_work(self.gpu.adapter().kind);
         let parts = self.parts(methods, taps);

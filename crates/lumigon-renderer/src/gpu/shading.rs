@@ -9,7 +9,7 @@ use lumigon::SpecularMethod;
 use super::device::{Gpu, lock};
 use super::error::GpuError;
 use super::lighting::Lighting;
-use super::methods::{Methods, bias, image_taps};
+use super::methods::{Methods, bias};
 use super::scene_buffers::Features;
 use super::shader::{SHADE, Shader, scene_constants};
 use crate::render::RenderSettings;
@@ -48,7 +48,7 @@ impl ShadingRecord {
             end_light: lights.end,
             smoothness_factor,
             smoothness,
-            image_taps: image_taps(settings.image_method),
+            image_taps: settings.image_method.taps(),
         }
     }
 }

@@ -4,11 +4,16 @@ use super::field::DistanceField;
 use super::settings::DistanceFieldSmoothness;
 use crate::clip::Seen;
 use crate::polygon::PolygonLight;
-use crate::real::Real;
+use crate::real::{Mask, Real};
+use crate::reflection::Mirrored;
 use crate::vec3::Vec3;
 
 /// In radii: rays that meet a light's plane farther away are taken to meet it there.
 const FARTHEST_HIT: f64 = 1e12;
+
+/// How much wider a lobe gets for each unit of its length, over alpha: light turns by twice as much as
+/// a facet does, to either side.
+pub const DISTANCE_FIELD_SPREAD: f64 = 4.0;
 
 /// A field, and how a light lies in it.
 #[derive(Clone, Copy, Debug)]
@@ -58,17 +63,13 @@ pub fn reflected_distance<T: Real>(
 ) -> T {
     let seen = Seen::new(light, point);
     let like = point.x;
-    let (zero, one) = (like.constant(0.0), like.constant(1.0));
-    let cosine = normal.dot(view);
-    let direction = normal * (cosine + cosine) - view;
-    let approach = seen.away.dot(direction);
-    let meets = seen.lit & approach.gt(zero) & cosine.gt(zero);
-    if !crate::real::Mask::any(meets) {
+    let zero = like.constant(0.0);
+    let mirrored = Mirrored::new(&seen, normal, view);
+    if !mirrored.seen.any() {
         return zero;
     }
-    let distance = seen.plane_distance / T::select(meets, approach, one);
-    let distance = distance.min(like.constant(FARTHEST_HIT));
-    let hit = direction * distance - seen.center;
+    let distance = mirrored.distance.min(like.constant(FARTHEST_HIT));
+    let hit = mirrored.direction * distance - seen.center;
     let (x_axis, y_axis) = light.plane_axes;
     let x = Vec3::broadcast(like, x_axis).dot(hit);
     let y = Vec3::broadcast(like, y_axis).dot(hit);
@@ -81,7 +82,7 @@ pub fn reflected_distance<T: Real>(
     let settings = placed.field.settings();
     let texels_per_radius = 0.5 * f64::from(settings.resolution()) / f64::from(settings.phi());
     let spread = alpha * distance;
-    let width = spread * like.constant(4.0 * texels_per_radius);
+    let width = spread * like.constant(DISTANCE_FIELD_SPREAD * texels_per_radius);
     let smoothness = smoothness.at(spread, like.constant(settings.phi().into()));
     let [response] = T::lookup(
         [u, v, width, smoothness],
@@ -91,7 +92,7 @@ pub fn reflected_distance<T: Real>(
             [response(distance, smoothness)]
         },
     );
-    T::select(meets, response, zero)
+    T::select(mirrored.seen, response, zero)
 }
 
 /// 1/(d + 1)^k, k the smoothness; 1 inside.

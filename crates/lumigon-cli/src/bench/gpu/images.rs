@@ -2,15 +2,15 @@
 
 use std::time::Instant;
 
-use glam::{Affine3A, Mat3A, Vec3, Vec4};
+use glam::Vec3;
 use lumigon::{ImagePyramid, LightImage};
 use lumigon_renderer::{
-    Camera, EmissiveImage, EmissivePolygon, Gpu, GpuRenderer, ImageColors, Material, Mesh,
-    Projection, RenderSettings, Scene, Watch,
+    EmissiveImage, EmissivePolygon, Gpu, GpuRenderer, ImageColors, RenderSettings, Scene, Watch,
 };
 use lumigon_wgpu::{Light, LightBuffers};
 use serde::Serialize;
 
+use super::plain::plain;
 use crate::Failure;
 use crate::bench::images::{FilterFigures, METHODS, SIDES, SIZE, noise, print_filtering, quad};
 use crate::bench::median;
@@ -162,39 +162,8 @@ fn filter(gpu: &Gpu, side: u32) -> Result<f64, Failure> {
 
 /// A plain under [`LIGHTS`] quadrilaterals, and a camera that looks down on it.
 fn scene(with_images: bool) -> Scene {
-    let material = Material {
-        base_color: Vec4::new(0.8, 0.8, 0.8, 1.0),
-        metallic: 0.0,
-        perceptual_roughness: 0.5,
-        ..Material::default()
-    };
-    let ground = Mesh {
-        positions: [(-9.0, -9.0), (-9.0, 9.0), (9.0, 9.0), (9.0, -9.0)]
-            .map(|(x, z)| Vec3::new(x, 0.0, z))
-            .to_vec(),
-        normals: vec![Vec3::Y; 4],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..Mesh::default()
-    };
-    let eye = Vec3::new(0.0, 6.0, 4.0);
-    let back = eye.normalize();
-    let right = Vec3::Y.cross(back).normalize();
-    let axes = Mat3A::from_cols(right.into(), back.cross(right).into(), back.into());
-    let camera = Camera {
-        name: "above".to_owned(),
-        world_from_camera: Affine3A::from_mat3_translation(axes.into(), eye),
-        projection: Projection::Perspective {
-            yfov: 0.6,
-            aspect: None,
-        },
-    };
-    Scene {
-        meshes: vec![ground],
-        materials: vec![material],
-        cameras: vec![camera],
-        polygon_lights: (0..LIGHTS).map(|i| light(i, with_images)).collect(),
-        ..Scene::default()
-    }
+    let lights = (0..LIGHTS).map(|i| light(i, with_images)).collect();
+    plain(9.0, Vec3::new(0.0, 6.0, 4.0), lights)
 }
 
 fn light(i: usize, with_image: bool) -> EmissivePolygon {

@@ -2,13 +2,11 @@
 
 use std::time::Instant;
 
-use glam::{Affine3A, Mat3A, Vec3};
-use lumigon_renderer::{
-    Camera, EmissivePolygon, Gpu, GpuRenderer, Material, Mesh, Projection, RenderSettings, Scene,
-    Watch,
-};
+use glam::Vec3;
+use lumigon_renderer::{EmissivePolygon, Gpu, GpuRenderer, RenderSettings, Scene, Watch};
 use serde::Serialize;
 
+use super::plain::plain;
 use crate::Failure;
 use crate::bench::median;
 use crate::interrupt::Interrupt;
@@ -106,41 +104,7 @@ pub(super) fn measure(gpu: &Gpu, interrupt: &Interrupt) -> Result<Vec<ManyLights
 
 /// A plain of 500 m, lit by so many lights, and a camera that looks down on 30 m of it.
 fn scene(count: usize) -> Scene {
-    let half = 250.0;
-    let corner = |x: f32, z: f32| Vec3::new(x * half, 0.0, z * half);
-    let material = Material {
-        base_color: glam::Vec4::new(0.8, 0.8, 0.8, 1.0),
-        metallic: 0.0,
-        perceptual_roughness: 0.5,
-        ..Material::default()
-    };
-    let ground = Mesh {
-        positions: [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)]
-            .map(|(x, z)| corner(x, z))
-            .to_vec(),
-        normals: vec![Vec3::Y; 4],
-        triangles: vec![[0, 1, 2], [0, 2, 3]],
-        ..Mesh::default()
-    };
-    let eye = Vec3::new(0.0, 20.0, 12.0);
-    let back = eye.normalize();
-    let right = Vec3::Y.cross(back).normalize();
-    let axes = Mat3A::from_cols(right.into(), back.cross(right).into(), back.into());
-    let camera = Camera {
-        name: "above".to_owned(),
-        world_from_camera: Affine3A::from_mat3_translation(axes.into(), eye),
-        projection: Projection::Perspective {
-            yfov: 0.6,
-            aspect: None,
-        },
-    };
-    Scene {
-        meshes: vec![ground],
-        materials: vec![material],
-        cameras: vec![camera],
-        polygon_lights: lights(count),
-        ..Scene::default()
-    }
+    plain(250.0, Vec3::new(0.0, 20.0, 12.0), lights(count))
 }
 
 fn lights(count: usize) -> Vec<EmissivePolygon> {

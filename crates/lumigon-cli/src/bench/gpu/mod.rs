@@ -7,6 +7,7 @@ mod lighting;
 mod many_lights;
 mod markdown;
 mod peak;
+mod plain;
 mod shading;
 mod timer;
 mod workload;
