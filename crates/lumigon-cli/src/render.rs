@@ -382,6 +382,7 @@ impl Render {
                 image_method: self.method.image_method.unwrap_or_default().into(),
                 light_bound: self.method.light_bound.unwrap_or(0.0),
                 distance_field_budget: self.method.field.budget(),
+                direct: true,
             };
             backend.render(camera, &settings, watch)
         };

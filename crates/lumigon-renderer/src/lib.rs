@@ -3,6 +3,7 @@
 //! Data flows one way: a glTF file becomes a [`Scene`] of world-space meshes, materials and lights;
 //! a backend turns the scene into an image.
 
+mod bounce;
 mod cpu;
 mod gpu;
 mod picture;
@@ -10,6 +11,10 @@ mod prepared_lights;
 mod render;
 mod scene;
 
+pub use bounce::{
+    BounceCenters, BounceMethod, BounceSettings, BounceVisibility, CubeMap, CubeTexel,
+    MAXIMUM_BOUNCES, MAXIMUM_FACE_SIZE, MAXIMUM_VIRTUAL_LIGHTS, VirtualLightKind, VirtualLights,
+};
 pub use cpu::CpuRenderer;
 pub use gpu::{
     AdapterDescription, AdapterKind, Gpu, GpuError, GpuPreference, GpuRenderer, GpuTimings,

@@ -30,6 +30,8 @@ pub struct RenderSettings {
     /// Bytes that the lights' distance fields may have together, for
     /// [`SpecularMethod::ReflectedDistanceField`]: one field for each shape of a light.
     pub distance_field_budget: u64,
+    /// Whether the scene's own lights light what is seen, and are seen; if not, virtual lights alone do.
+    pub direct: bool,
 }
 
 impl Default for RenderSettings {
@@ -43,6 +45,7 @@ impl Default for RenderSettings {
             image_method: ImageMethod::default(),
             light_bound: 0.0,
             distance_field_budget: 256 << 20,
+            direct: true,
         }
     }
 }

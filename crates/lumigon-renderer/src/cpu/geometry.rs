@@ -42,11 +42,17 @@ enum There {
 pub(super) struct TriangleHit {
     mesh: usize,
     triangle: usize,
+    of_scene: u32,
     barycentrics: Vec2,
     direction: Vec3,
 }
 
 impl TriangleHit {
+    /// Index of the triangle, counted over all meshes of the scene.
+    pub(super) fn triangle_of_scene(&self) -> u32 {
+        self.of_scene
+    }
+
     /// The surface there.
     #[inline]
     pub(super) fn surface(&self, scene: &Scene) -> SurfaceSample {
@@ -110,10 +116,12 @@ impl Geometry {
             self.distance(scene, triangle, ray)
         });
         found.then(|| {
-            let triangle = self.triangle(hierarchy, hit.primitive_id as usize);
+            let of_scene = hierarchy.primitive_indices[hit.primitive_id as usize];
+            let triangle = &self.triangles[of_scene as usize];
             TriangleHit {
                 mesh: triangle.mesh as usize,
                 triangle: triangle.index as usize,
+                of_scene,
                 barycentrics: barycentrics(&triangle.corners, &ray),
                 direction,
             }

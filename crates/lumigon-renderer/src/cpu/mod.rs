@@ -1,6 +1,7 @@
 //! The CPU backend: rays through a bounding volume hierarchy, tiles in parallel, SIMD over pixels.
 
 mod batch;
+mod bounce;
 mod distance_fields;
 mod fitted_lobes;
 mod geometry;
@@ -18,6 +19,7 @@ use lumigon::{ImageMethod, LightImage, PlacedDistanceField, SpecularMethod, Vec3
 use lumigon_wgpu::Light;
 use rayon::prelude::*;
 
+use crate::bounce::{Facets, VirtualLights};
 use crate::prepared_lights::PreparedLights;
 use crate::render::{
     MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
@@ -29,6 +31,7 @@ use distance_fields::FieldCache;
 use fitted_lobes::FittedLobes;
 use geometry::Geometry;
 use hits::{Hits, Wanted};
+use lobes::Scattered;
 pub(crate) use pixel_samples::pixel_samples;
 
 /// Side of the square of pixels that one task renders: large enough to fill SIMD lanes with
@@ -53,6 +56,8 @@ pub struct CpuRenderer<'a> {
     warnings: Vec<String>,
     fitted: FittedLobes,
     fields: FieldCache,
+    /// The flat parts of the surfaces, for bounce light.
+    facets: OnceLock<Facets>,
 }
 
 impl<'a> CpuRenderer<'a> {
@@ -73,6 +78,7 @@ impl<'a> CpuRenderer<'a> {
             warnings,
             fitted: FittedLobes::new(),
             fields: FieldCache::default(),
+            facets: OnceLock::new(),
         }
     }
 
@@ -114,6 +120,20 @@ impl<'a> CpuRenderer<'a> {
         settings: &RenderSettings,
         watch: Watch<'_>,
     ) -> Result<Rendering, RenderError> {
+        self.render_with_bounce(camera, settings, &VirtualLights::default(), watch)
+    }
+
+    /// The same, lit by virtual lights too.
+    ///
+    /// # Errors
+    /// As [`CpuRenderer::render`].
+    pub fn render_with_bounce(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        virtual_lights: &VirtualLights,
+        watch: Watch<'_>,
+    ) -> Result<Rendering, RenderError> {
         check_size(settings.width, settings.height, settings.samples)?;
         let (width, height) = (settings.width, settings.height);
         let samples = pixel_samples(settings.samples);
@@ -130,6 +150,7 @@ impl<'a> CpuRenderer<'a> {
             settings,
             samples: &samples,
             fields: &fields,
+            virtual_lights,
         };
         let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
         let total = u64::from(columns) * u64::from(rows);
@@ -244,21 +265,29 @@ impl<'a> CpuRenderer<'a> {
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
     fn shade(&self, hits: &Hits, frame: Frame<'_>, share: f32, tile: &mut Tile) {
         let Frame {
-            settings, fields, ..
+            settings,
+            fields,
+            virtual_lights,
+            ..
         } = frame;
         let methods = shade::Methods {
             diffuse: settings.diffuse,
             specular: settings.specular,
             images: settings.image_method,
         };
-        let mut light = shade::polygons(hits, self.lights(settings.image_method), fields, methods);
-        for punctual in &self.scene.punctual_lights {
-            shade::add_punctual(&mut light, hits, punctual, settings.specular);
+        let mut light = vec![Scattered::default(); hits.surfaces().len()];
+        if settings.direct {
+            let lights = self.lights(settings.image_method);
+            shade::add_polygons(&mut light, hits, lights, fields, methods);
+            for punctual in &self.scene.punctual_lights {
+                shade::add_punctual(&mut light, hits, punctual, settings.specular);
+            }
         }
+        shade::add_polygons(&mut light, hits, &virtual_lights.polygons, &[], methods);
         for (hit, light) in hits.surfaces().iter().zip(light) {
             let pixel = hit.pixel as usize;
             for (to, part) in [
-                (&mut tile.emitted, hit.emitted),
+                (&mut tile.emitted, if settings.direct { hit.emitted } else { glam::Vec3::ZERO }),
                 (&mut tile.diffuse, light.diffuse),
                 (&mut tile.specular, light.specular),
             ] {
@@ -279,6 +308,7 @@ struct Frame<'a> {
     samples: &'a [[f64; 2]],
     /// The lights' distance fields, for the method that reads them.
     fields: &'a [PlacedDistanceField<'a, f32>],
+    virtual_lights: &'a VirtualLights,
 }
 
 /// A finished part of the picture.

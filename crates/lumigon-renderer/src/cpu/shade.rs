@@ -35,24 +35,23 @@ const BY_SOLID_ANGLE: DiffuseMethod = DiffuseMethod::LightVector {
     occlusion: LocalOcclusion::Exact,
 };
 
-/// What each hit scatters of all polygon lights; `fields` are theirs, for the method that reads them.
-pub(super) fn polygons(
+/// Adds what each hit scatters of all polygon lights; `fields` are theirs, for the method that reads them.
+pub(super) fn add_polygons(
+    scattered: &mut [Scattered],
     hits: &Hits,
     lights: &[Light],
     fields: &[PlacedDistanceField<'_, f32>],
     methods: Methods,
-) -> Vec<Scattered> {
-    let mut scattered = vec![Scattered::default(); hits.surfaces().len()];
+) {
     let mut fields = fields.chunks(LIGHTS_AT_ONCE);
     for lights in lights.chunks(LIGHTS_AT_ONCE) {
         let fields = fields.next().unwrap_or_default();
-        add_polygons(&mut scattered, hits, lights, fields, methods);
+        add_few_polygons(scattered, hits, lights, fields, methods);
     }
-    scattered
 }
 
 /// Adds what each hit scatters of a few lights.
-fn add_polygons(
+fn add_few_polygons(
     scattered: &mut [Scattered],
     hits: &Hits,
     lights: &[Light],

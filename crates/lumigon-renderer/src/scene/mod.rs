@@ -16,6 +16,7 @@ use std::path::Path;
 
 pub use camera::{Camera, Projection};
 pub use emissive::{AlphaMask, EmissiveImage, EmissivePolygon, PlacedTexture, TextureMap};
+pub(crate) use emissive::{FlatFace, flat_faces};
 pub use error::SceneError;
 pub use image_file::{ImageFile, decode_image, read_image};
 pub use limits::Limits;

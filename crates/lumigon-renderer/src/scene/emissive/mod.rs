@@ -5,6 +5,7 @@
 //! outline and that picture.
 
 mod facet;
+mod flat_face;
 mod image;
 mod junction;
 mod mapping;
@@ -19,6 +20,7 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::{Limits, Material, Mesh, Texture, error::Fault};
+pub(crate) use flat_face::{FlatFace, flat_faces};
 pub use image::{AlphaMask, EmissiveImage, PlacedTexture};
 use mapping::Mapping;
 pub use texture_map::TextureMap;

@@ -1,0 +1,103 @@
+//! The flat parts of a scene's surfaces.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::footprint::PlaneFrame;
+use crate::scene::{FlatFace, Scene, flat_faces};
+
+/// A connected part of a surface that lies in one plane.
+#[derive(Debug)]
+pub(super) struct Facet {
+    /// Its x axis runs along the outline's longest edge.
+    pub(super) frame: PlaneFrame,
+    /// Loops of the outline, counter-clockwise, and of its holes, clockwise.
+    pub(super) loops: Vec<Vec<DVec2>>,
+    /// Corners of the outline's box.
+    pub(super) bounds: [DVec2; 2],
+}
+
+/// All facets of a scene.
+#[derive(Debug, Default)]
+pub(crate) struct Facets {
+    list: Vec<Facet>,
+    /// For each triangle of the scene, counted over its meshes, the facet that it is part of.
+    of_triangle: Vec<u32>,
+    /// Length of the diagonal of the box around all triangles.
+    pub(super) scene_diagonal: f64,
+    /// Corners of that box.
+    pub(super) scene_bounds: [DVec3; 2],
+}
+
+/// A triangle without a facet.
+const NONE: u32 = u32::MAX;
+
+impl Facets {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let of_mesh: Vec<Vec<FlatFace>> = scene.meshes.par_iter().map(flat_faces).collect();
+        let (low, high) = scene.bounds().unwrap_or_default();
+        let (low, high) = (low.as_dvec3(), high.as_dvec3());
+        let mut this = Self {
+            scene_diagonal: (high - low).length(),
+            scene_bounds: [low, high],
+            ..Self::default()
+        };
+        for (mesh, faces) in scene.meshes.iter().zip(of_mesh) {
+            let first = this.of_triangle.len();
+            this.of_triangle
+                .resize(first + mesh.triangles.len(), NONE);
+            for face in faces {
+                for &triangle in &face.triangles {
+                    this.of_triangle[first + triangle as usize] = this.list.len() as u32;
+                }
+                this.list.push(Facet::new(&face));
+            }
+        }
+        this
+    }
+
+    /// The index of the facet that a triangle is part of.
+    pub(super) fn of(&self, triangle: u32) -> Option<u32> {
+        let facet = *self.of_triangle.get(triangle as usize)?;
+        (facet != NONE).then_some(facet)
+    }
+
+    pub(super) fn get(&self, facet: u32) -> &Facet {
+        &self.list[facet as usize]
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.list.len()
+    }
+}
+
+impl Facet {
+    fn new(face: &FlatFace) -> Self {
+        let normal = DVec3::from(face.normal);
+        let points = |vertices: &[[f64; 3]]| -> Vec<DVec3> {
+            vertices.iter().map(|&v| DVec3::from(v)).collect()
+        };
+        let outer = face.loops.first().map_or(Vec::new(), |outer| points(outer));
+        let following = outer.iter().cycle().skip(1);
+        let longest = outer
+            .iter()
+            .zip(following)
+            .map(|(&a, &b)| b - a)
+            .max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()))
+            .unwrap_or_default();
+        let origin = outer.first().copied().unwrap_or_default();
+        let frame = PlaneFrame::along(origin, normal, longest);
+        let flat = |vertices: &Vec<[f64; 3]>| {
+            let vertices = points(vertices);
+            vertices.into_iter().map(|v| frame.flat(v)).collect()
+        };
+        let loops: Vec<Vec<DVec2>> = face.loops.iter().map(flat).collect();
+        let low = loops.iter().flatten().fold(DVec2::INFINITY, |a, &b| a.min(b));
+        let high = loops.iter().flatten().fold(DVec2::NEG_INFINITY, |a, &b| a.max(b));
+        Self {
+            frame,
+            loops,
+            bounds: [low, high],
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Lights that stand for the surfaces that light bounces off.
+
+use glam::{DVec3, Vec3};
+use lumigon::{PolygonLight, Sides};
+use lumigon_wgpu::Light;
+use rayon::prelude::*;
+
+use super::reduction::Patch;
+use super::{BounceSettings, BounceVisibility, VirtualLightKind};
+
+/// A point that emits by the cosine about its normal; `radiance x area` of a small patch there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct VirtualPoint {
+    pub(crate) position: Vec3,
+    pub(crate) normal: Vec3,
+    /// Linear RGB radiant intensity along the normal: flux over pi.
+    pub(crate) intensity: Vec3,
+    /// Nearer than this its light no longer grows.
+    pub(crate) least_distance: f32,
+}
+
+/// Points on lights that rays of visibility go to, as many for each.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct LightTargets {
+    pub(crate) per_light: usize,
+    /// Light after light.
+    pub(crate) points: Vec<Vec3>,
+}
+
+/// What lights a scene's further bounces.
+///
+/// All of the lights are polygons, or all are points. A scene without surfaces or without light has none.
+#[derive(Clone, Debug, Default)]
+pub struct VirtualLights {
+    pub(crate) polygons: Vec<Light>,
+    pub(crate) points: Vec<VirtualPoint>,
+    /// One for each light, if surfaces block them.
+    pub(crate) targets: Option<LightTargets>,
+    gathered_flux: [f64; 3],
+    texels: usize,
+    warnings: Vec<String>,
+}
+
+impl VirtualLights {
+    /// `gathered_flux` is that of the texels.
+    pub(super) fn new(
+        patches: &[Patch],
+        settings: &BounceSettings,
+        scene_diagonal: f32,
+        texels: usize,
+        gathered_flux: DVec3,
+    ) -> Self {
+        let mut this = Self {
+            gathered_flux: gathered_flux.to_array(),
+            texels,
+            ..Self::default()
+        };
+        let mut targets = Vec::new();
+        match settings.kind {
+            VirtualLightKind::Polygon => {
+                let lights = patches.par_iter().map(|patch| Some((patch, polygon(patch)?)));
+                let lights: Vec<_> = lights.flatten().collect();
+                targets.extend(lights.iter().map(|(patch, _)| patch.target.as_vec3()));
+                this.polygons = lights.into_iter().map(|(_, light)| light).collect();
+            }
+            VirtualLightKind::Point { least_distance } => {
+                let least_distance = least_distance.unwrap_or(scene_diagonal / 20.0);
+                this.points = patches
+                    .iter()
+                    .map(|patch| VirtualPoint {
+                        position: patch.target.as_vec3(),
+                        normal: patch.normal.as_vec3(),
+                        intensity: (patch.flux / std::f64::consts::PI).as_vec3(),
+                        least_distance,
+                    })
+                    .collect();
+                targets.extend(this.points.iter().map(|point| point.position));
+            }
+        }
+        this.targets = (settings.visibility == BounceVisibility::Traced).then_some(LightTargets {
+            per_light: 1,
+            points: targets,
+        });
+        this
+    }
+
+    pub(super) fn warn(&mut self, warnings: Vec<String>) {
+        self.warnings.extend(warnings);
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.polygons.len() + self.points.len()
+    }
+
+    /// Whether nothing is lit by them.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The flux that all of them emit, linear RGB in watts or lumens.
+    #[must_use]
+    pub fn flux(&self) -> [f64; 3] {
+        let polygons = self.polygons.iter().map(|light| {
+            Vec3::from(light.radiance).as_dvec3() * f64::from(light.polygon.area())
+        });
+        let points = self.points.iter().map(|point| point.intensity.as_dvec3());
+        (polygons.chain(points).sum::<DVec3>() * std::f64::consts::PI).to_array()
+    }
+
+    /// The flux that the cube maps saw leave the surfaces. That of the lights is the same, but for
+    /// rounding.
+    #[must_use]
+    pub fn gathered_flux(&self) -> [f64; 3] {
+        self.gathered_flux
+    }
+
+    /// Texels of all cube maps that see a surface.
+    #[must_use]
+    pub fn texels(&self) -> usize {
+        self.texels
+    }
+
+    /// What cube maps could not see, and what would mend it.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
+fn polygon(patch: &Patch) -> Option<Light> {
+    let polygon = PolygonLight::new(&patch.loops, Sides::Front).ok()?;
+    let radiance = patch.flux / (std::f64::consts::PI * polygon.area());
+    Some(Light {
+        polygon: polygon.cast().ok()?,
+        radiance: radiance.as_vec3().to_array(),
+        image: None,
+    })
+}
