@@ -58,9 +58,10 @@ impl Convex {
     /// The axis-aligned square about a point.
     pub(super) fn square(center: DVec2, half_side: f64) -> Self {
         let mut corners = [DVec2::ZERO; MOST_CORNERS];
-        for (corner, (x, y)) in corners
-            .iter_mut()
-            .zip([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+        for (corner, (x, y)) in
+            corners
+                .iter_mut()
+                .zip([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
         {
             *corner = center + DVec2::new(x, y) * half_side;
         }

@@ -81,7 +81,11 @@ pub(crate) fn virtual_lights(
 fn check(settings: &BounceSettings) -> Result<(), RenderError> {
     for (what, value, greatest) in [
         ("the number of bounces", settings.bounces, MAXIMUM_BOUNCES),
-        ("the cube map's face size", settings.face_size, MAXIMUM_FACE_SIZE),
+        (
+            "the cube map's face size",
+            settings.face_size,
+            MAXIMUM_FACE_SIZE,
+        ),
         (
             "the number of virtual lights",
             settings.virtual_lights,

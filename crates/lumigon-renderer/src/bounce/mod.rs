@@ -16,9 +16,9 @@ mod virtual_lights;
 pub use cube_map::{CubeMap, CubeTexel};
 pub(crate) use facets::Facets;
 pub(crate) use gather::{BounceLights, Gather, virtual_lights};
+pub use virtual_lights::VirtualLights;
 #[expect(unused_imports, reason = "for the GPU, which comes next")]
 pub(crate) use virtual_lights::{LightTargets, VirtualPoint};
-pub use virtual_lights::VirtualLights;
 
 /// Most texels across a face of a cube map.
 pub const MAXIMUM_FACE_SIZE: u32 = 1024;

@@ -58,7 +58,9 @@ impl VirtualLights {
         let mut targets = Vec::new();
         match settings.kind {
             VirtualLightKind::Polygon => {
-                let lights = patches.par_iter().map(|patch| Some((patch, polygon(patch)?)));
+                let lights = patches
+                    .par_iter()
+                    .map(|patch| Some((patch, polygon(patch)?)));
                 let lights: Vec<_> = lights.flatten().collect();
                 targets.extend(lights.iter().map(|(patch, _)| patch.target.as_vec3()));
                 this.polygons = lights.into_iter().map(|(_, light)| light).collect();
@@ -103,9 +105,10 @@ impl VirtualLights {
     /// The flux that all of them emit, linear RGB in watts or lumens.
     #[must_use]
     pub fn flux(&self) -> [f64; 3] {
-        let polygons = self.polygons.iter().map(|light| {
-            Vec3::from(light.radiance).as_dvec3() * f64::from(light.polygon.area())
-        });
+        let polygons = self
+            .polygons
+            .iter()
+            .map(|light| Vec3::from(light.radiance).as_dvec3() * f64::from(light.polygon.area()));
         let points = self.points.iter().map(|point| point.intensity.as_dvec3());
         (polygons.chain(points).sum::<DVec3>() * std::f64::consts::PI).to_array()
     }

@@ -33,7 +33,13 @@ impl CpuRenderer<'_> {
     }
 
     /// The surface that a texel's central ray meets.
-    fn surface(&self, camera: &Camera, size: u32, column: u32, row: u32) -> Option<(SurfaceSample, Vec3, u32)> {
+    fn surface(
+        &self,
+        camera: &Camera,
+        size: u32,
+        column: u32,
+        row: u32,
+    ) -> Option<(SurfaceSample, Vec3, u32)> {
         let at = |texel: u32| (f64::from(texel) + 0.5) / f64::from(size);
         let (origin, direction) = camera.ray(at(column) as f32, at(row) as f32, 1.0);
         let hit = self.geometry.hit(self.scene, origin, direction, 0.0)?;
@@ -132,7 +138,8 @@ impl Gather for CpuRenderer<'_> {
                     let per_face = (size * size) as usize;
                     let camera = CubeMap::camera(map.center, index / per_face);
                     let (column, row) = (index as u32 % size, index as u32 % (size * size) / size);
-                    if let Some((surface, direction, _)) = self.surface(&camera, size, column, row) {
+                    if let Some((surface, direction, _)) = self.surface(&camera, size, column, row)
+                    {
                         let place = (index - range.start) as u32;
                         hits.push(place, &surface, -direction, &self.fitted, wanted);
                     }

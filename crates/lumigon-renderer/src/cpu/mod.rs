@@ -287,7 +287,14 @@ impl<'a> CpuRenderer<'a> {
         for (hit, light) in hits.surfaces().iter().zip(light) {
             let pixel = hit.pixel as usize;
             for (to, part) in [
-                (&mut tile.emitted, if settings.direct { hit.emitted } else { glam::Vec3::ZERO }),
+                (
+                    &mut tile.emitted,
+                    if settings.direct {
+                        hit.emitted
+                    } else {
+                        glam::Vec3::ZERO
+                    },
+                ),
                 (&mut tile.diffuse, light.diffuse),
                 (&mut tile.specular, light.specular),
             ] {
