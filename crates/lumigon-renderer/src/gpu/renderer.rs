@@ -1,6 +1,5 @@
 //! A scene on a device, and pictures of it.
 
-use std::ops::Range;
 use std::sync::Mutex;
 
 use lumigon_wgpu::{ImageColors, ReplaceImageError};
@@ -11,12 +10,15 @@ use super::device::{Gpu, Waited, lock};
 use super::equipment::Equipment;
 use super::error::GpuError;
 use super::frame::View;
+use super::light_set::{LightSet, VirtualLighting};
 use super::lighting::Lighting;
 use super::methods::Methods;
+use super::parts::{Effort, Part};
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
-use super::shading::{self, MOST_PARTS, PIXEL, Shading, ShadingRecord};
+use super::shading::{self, PIXEL, Pass, Shading, ShadingRecord};
 use super::tile::{Tile, tile_size, tiles};
 use super::visibility::Visibility;
+use crate::bounce::VirtualLights;
 use crate::cpu::{check_size, pixel_samples};
 use crate::render::{RenderError, RenderSettings, Rendering, Watch};
 use crate::scene::{Camera, EmissivePolygon, Scene, Texture};
@@ -67,6 +69,8 @@ pub struct GpuRenderer {
     clock: Option<Clock>,
     /// One picture at a time; what it was rendered with is kept for the next one.
     equipment: Mutex<Option<Equipment>>,
+    /// Locked after the equipment.
+    virtual_lighting: Mutex<Option<VirtualLighting>>,
     timings: Mutex<Option<GpuTimings>>,
     largest_tile: Option<[u32; 2]>,
 }
@@ -95,6 +99,7 @@ impl GpuRenderer {
             textures,
             clock: Clock::new(gpu),
             equipment: Mutex::default(),
+            virtual_lighting: Mutex::default(),
             timings: Mutex::default(),
             largest_tile: None,
         })
@@ -114,10 +119,7 @@ impl GpuRenderer {
     pub fn set_lights(&mut self, lights: &[EmissivePolygon]) -> Result<(), GpuError> {
         let (gpu, textures) = (self.gpu.clone(), &self.textures);
         let lighting = &mut self.lighting;
-        if gpu.guarded("lights", || lighting.set_polygons(&gpu, lights, textures))? {
-            *lock(&self.equipment) = None;
-        }
-        Ok(())
+        gpu.guarded("lights", || lighting.set_polygons(&gpu, lights, textures))
     }
 
     /// Shows another picture on the light `light` of [`Scene::polygon_lights`], in place: one colour for
@@ -157,6 +159,21 @@ impl GpuRenderer {
         settings: &RenderSettings,
         watch: Watch<'_>,
     ) -> Result<Rendering, RenderError> {
+        self.render_with_bounce(camera, settings, &VirtualLights::default(), watch)
+    }
+
+    /// The same, lit by virtual lights too. They stay on the device for the next pictures that are lit by
+    /// equal ones.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::render`], and where there are more virtual lights than the device's buffers hold.
+    pub fn render_with_bounce(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        virtual_lights: &VirtualLights,
+        watch: Watch<'_>,
+    ) -> Result<Rendering, RenderError> {
         check_size(settings.width, settings.height, settings.samples)?;
         let (width, height) = (settings.width, settings.height);
         let mut picture = Rendering::black(width, height)?;
@@ -165,16 +182,16 @@ impl GpuRenderer {
         };
         let mut equipment = lock(&self.equipment);
         *lock(&self.timings) = None;
-        let lights = self.lighting.bind_group_for(&self.gpu, settings)?;
+        let mut sets = Vec::new();
+        if settings.direct {
+            sets.push(self.lighting.set(&self.gpu, settings)?);
+        }
+        let mut kept = lock(&self.virtual_lighting);
+        if !virtual_lights.is_empty() {
+            sets.push(self.virtual_lighting(&mut kept, virtual_lights)?.set());
+        }
         let done = self.gpu.guarded("a picture", || {
-            self.render_into(
-                &mut picture,
-                &view,
-                settings,
-                &lights,
-                watch,
-                &mut equipment,
-            )
+            self.render_into(&mut picture, &view, settings, &sets, watch, &mut equipment)
         });
         match done {
             Ok(Waited::Done) => Ok(picture),
@@ -192,26 +209,38 @@ impl GpuRenderer {
         *lock(&self.timings)
     }
 
+    /// The virtual lights on the device: those that were kept, if they are the same.
+    fn virtual_lighting<'a>(
+        &self,
+        kept: &'a mut Option<VirtualLighting>,
+        lights: &VirtualLights,
+    ) -> Result<&'a VirtualLighting, GpuError> {
+        let found = match kept.take() {
+            Some(same) if same.is(lights) => same,
+            // Not both at once in memory.
+            other => {
+                drop(other);
+                let (layout, tables) = (self.lighting.layout(), self.lighting.tables());
+                self.gpu.guarded("virtual lights", || {
+                    VirtualLighting::new(&self.gpu, layout, tables, lights)
+                })?
+            }
+        };
+        Ok(kept.insert(found))
+    }
+
     fn render_into(
         &self,
         picture: &mut Rendering,
         view: &View,
         settings: &RenderSettings,
-        lights: &wgpu::BindGroup,
+        sets: &[LightSet<'_>],
         watch: Watch<'_>,
         equipment: &mut Option<Equipment>,
     ) -> Result<Waited, GpuError> {
-        let methods = Methods::new(settings, self.lighting.has_images());
-        let pipeline = self.shading.pipeline(&self.gpu, methods);
-        let taps = settings.image_method.taps();
-        let edges = self.edges(methods, taps);
+        let edges = sets.iter().map(|set| self.edges(set, settings)).sum::<u64>();
+        let edges = edges.max(1);
         let most_work = most_work(self.gpu.adapter().kind);
-        let parts = self.parts(methods, taps);
-        let records: Vec<_> = parts
-            .iter()
-            .map(|part| ShadingRecord::new(settings, &self.lighting, part))
-            .collect();
-        self.shading.set(&self.gpu, &records);
         let samples = pixel_samples(settings.samples);
         let share = 1.0 / samples.len() as f32;
         let size = [picture.width, picture.height];
@@ -225,13 +254,9 @@ impl GpuRenderer {
         });
         let equipment = match equipment {
             Some(kept) if kept.tile == largest => kept,
-            other => other.insert(Equipment::new(
-                &self.gpu,
-                &self.shading,
-                &self.lighting,
-                largest,
-            )),
+            other => other.insert(Equipment::new(&self.gpu, &self.shading, largest)),
         };
+        let passes = self.passes(sets, settings, equipment);
         let pixels = u64::from(largest[0]) * u64::from(largest[1]);
         let work = pixels.saturating_mul(edges);
         let at_once = (most_work / work).clamp(1, FRAMES as u64) as usize;
@@ -265,14 +290,7 @@ impl GpuRenderer {
                     }
                 }
                 for frame in 0..frames.len() {
-                    self.encode(
-                        &mut encoder,
-                        equipment,
-                        &pipeline,
-                        (lights, parts.len()),
-                        tile,
-                        frame,
-                    );
+                    self.encode(&mut encoder, equipment, &passes, tile, frame);
                 }
                 let is_last = batches.peek().is_none();
                 let mut reads = Vec::new();
@@ -309,8 +327,7 @@ impl GpuRenderer {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         equipment: &Equipment,
-        pipeline: &wgpu::ComputePipeline,
-        (lights, parts): (&wgpu::BindGroup, usize),
+        passes: &[Pass],
         tile: Tile,
         frame: usize,
     ) {
@@ -324,42 +341,61 @@ impl GpuRenderer {
             offset,
             stamps,
         );
-        let groups = [
-            lights,
-            &self.scene.bind_group,
-            &equipment.sums.bind_group,
-            &equipment.ids,
-        ];
+        let groups = [&self.scene.bind_group, &equipment.ids];
         let stamps = self.clock.as_ref().map(|clock| clock.shading(frame));
-        shading::encode(encoder, pipeline, groups, offset, parts, tile.size, stamps);
+        shading::encode(encoder, passes, groups, offset, tile.size, stamps);
+    }
+
+    /// What adds the sets of lights to a tile, in their parts, which are on the device from now on.
+    fn passes(
+        &self,
+        sets: &[LightSet<'_>],
+        settings: &RenderSettings,
+        equipment: &Equipment,
+    ) -> Vec<Pass> {
+        let mut records = Vec::new();
+        let mut passes = Vec::new();
+        for set in sets {
+            let methods = Methods::new(settings, set.has_images);
+            let first = records.len();
+            let parts = self.parts(set, methods, settings.image_method.taps());
+            records.extend((0..).zip(&parts).map(|(i, part)| {
+                ShadingRecord::new(settings, part, set.with_emission && i == 0)
+            }));
+            passes.push(Pass {
+                pipeline: self.shading.pipeline(&self.gpu, methods),
+                lights: set.bind_group.clone(),
+                sums: self.shading.bind_group(&self.gpu, set, &equipment.sums),
+                parts: first..records.len(),
+            });
+        }
+        self.shading.set(&self.gpu, &records);
+        passes
     }
 
     /// The lights in parts that one dispatch each adds.
-    fn parts(&self, methods: Methods, taps: u32) -> Vec<Range<u32>> {
-        let walks = methods.walks(self.scene.features);
-        let means = methods.image_means(self.scene.features);
-        let mut most_rounds = if self.gpu.adapter().is_software() {
+    fn parts(&self, set: &LightSet<'_>, methods: Methods, taps: u32) -> Vec<Part> {
+        let effort = Effort {
+            walks: methods.walks(self.scene.features),
+            means: methods.image_means(self.scene.features),
+            taps,
+        };
+        let most_rounds = if self.gpu.adapter().is_software() {
             SOFTWARE_ROUNDS
         } else {
             u64::MAX
         };
-        loop {
-            let parts = self.lighting.parts(walks, means, taps, most_rounds);
-            if parts.len() <= MOST_PARTS {
-                return parts;
-            }
-            most_rounds *= 2;
-        }
+        set.parts(effort, most_rounds)
     }
 
     /// Edges that a pixel goes through, about.
-    fn edges(&self, methods: Methods, taps: u32) -> u64 {
-        let most = if methods.culls_lights() {
+    fn edges(&self, set: &LightSet<'_>, settings: &RenderSettings) -> u64 {
+        let most = if Methods::new(settings, set.has_images).culls_lights() {
             MOST_COUNTING_EDGES
         } else {
             u64::MAX
         };
-        self.lighting.edges(taps).clamp(1, most)
+        set.edges(settings.image_method.taps(), most)
     }
 }
 
