@@ -24,6 +24,8 @@ mod outline;
 mod quads;
 #[path = "make/random.rs"]
 mod random;
+#[path = "make/room.rs"]
+mod room;
 #[path = "make/rotation.rs"]
 mod rotation;
 #[path = "make/screens.rs"]
@@ -32,6 +34,8 @@ mod screens;
 mod stained_glass;
 #[path = "make/texture.rs"]
 mod texture;
+#[path = "make/two_rooms.rs"]
+mod two_rooms;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -48,6 +52,8 @@ pub(crate) fn scenes() -> Vec<Scene> {
         ("stained-glass.glb", stained_glass::stained_glass()),
         ("screens.glb", screens::screens()),
         ("neon.glb", neon::neon()),
+        ("room.glb", room::room()),
+        ("two-rooms.glb", two_rooms::two_rooms()),
         ("quads-10.glb", quads::quads(10)),
         ("quads-20.glb", quads::quads(20)),
         ("quads-50.glb", quads::quads(50)),

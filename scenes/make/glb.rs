@@ -142,6 +142,28 @@ impl Glb {
         )
     }
 
+    /// A material that reflects nothing but diffuse light: of constant colour (linear reflectance), or of the colours
+    /// of a texture as [`Glb::tiled`] refers to it.
+    pub(crate) fn matte(&mut self, name: &str, colour: impl Into<Matte>) -> usize {
+        const SPECULAR: &str = "KHR_materials_specular";
+        self.require(SPECULAR);
+        let (key, colour) = match colour.into() {
+            Matte::Colour([r, g, b]) => ("baseColorFactor", json!([r, g, b, 1.0])),
+            Matte::Texture(reference) => ("baseColorTexture", reference),
+        };
+        self.material(
+            name,
+            json!({
+                "pbrMetallicRoughness": {
+                    key: colour,
+                    "metallicFactor": 0.0,
+                    "roughnessFactor": 1.0,
+                },
+                "extensions": { SPECULAR: { "specularFactor": 0.0 } },
+            }),
+        )
+    }
+
     /// A black material that emits `radiance` from its front, or from both sides.
     ///
     /// glTF bounds the emissive factor by one: the largest component becomes the strength.
@@ -279,6 +301,24 @@ impl Glb {
         file.extend_from_slice(b"BIN\0");
         file.extend_from_slice(&self.binary);
         file
+    }
+}
+
+/// What colours [`Glb::matte`].
+pub(crate) enum Matte {
+    Colour([f64; 3]),
+    Texture(Value),
+}
+
+impl From<[f64; 3]> for Matte {
+    fn from(colour: [f64; 3]) -> Self {
+        Self::Colour(colour)
+    }
+}
+
+impl From<Value> for Matte {
+    fn from(reference: Value) -> Self {
+        Self::Texture(reference)
     }
 }
 

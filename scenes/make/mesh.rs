@@ -104,6 +104,36 @@ impl Mesh {
         mesh
     }
 
+    /// A box with edges along the axes from its lowest to its highest corner, without the face it stands on.
+    pub(crate) fn standing(low: [f64; 3], high: [f64; 3]) -> Self {
+        let [x, y, z] = [0, 1, 2].map(|k| high[k] - low[k]);
+        let mut mesh = Self::cuboid(low, [[0.0, 0.0, z], [x, 0.0, 0.0], [0.0, y, 0.0]]);
+        // The first face of a cuboid lies across from its last edge.
+        mesh.positions.drain(..4);
+        mesh.normals.drain(..4);
+        mesh.texcoords.drain(..4);
+        mesh.indices.drain(..6);
+        mesh.indices.iter_mut().for_each(|index| *index -= 4);
+        mesh
+    }
+
+    /// An upright wall along every edge of an outline that lies level: the outline's y runs towards -z, and the walls
+    /// face away from what it holds, from height `low` to `high`.
+    pub(crate) fn rim(outline: &Outline, low: f64, high: f64) -> Self {
+        let mut mesh = Self::default();
+        for points in &outline.loops {
+            for (k, [x0, y0]) in points.iter().enumerate() {
+                let [x1, y1] = points[(k + 1) % points.len()];
+                mesh.push_quad(
+                    [*x0, low, -y0],
+                    [x1 - x0, 0.0, y0 - y1],
+                    [0.0, high - low, 0.0],
+                );
+            }
+        }
+        mesh
+    }
+
     /// A round disc of radius 1 in the xy plane whose front faces +z, with tangents around it.
     ///
     /// Texture coordinates run around it to the right and inwards downwards.

@@ -35,7 +35,8 @@ Examples:
   lumigon render scene.glb -o area.png --diffuse projected-area --basis weighted --specular none
   lumigon render scene.glb -o scene.png --light-image screen=frame.exr --image-method 4x4
   lumigon render scene.glb -o scene.png --backend cpu
-  lumigon render scene.glb -o truth.exr --reference --spp 1024 --bounces 3")]
+  lumigon render scene.glb -o truth.exr --reference --spp 1024 --bounces 3
+  lumigon render scene.glb -o bounce.exr --reference --bounces 2 --indirect")]
 pub struct Render {
     /// glTF file, .gltf or .glb
     scene: PathBuf,
@@ -244,6 +245,14 @@ struct Reference {
     /// Let light through surfaces, as the closed forms always do
     #[arg(long)]
     no_shadows: bool,
+    /// Only light that reaches what is seen from other surfaces, not from lights: with --bounces 2
+    /// that of a single bounce
+    #[arg(long, requires = "reference")]
+    indirect: bool,
+    /// Let light from surfaces through other surfaces: with --no-shadows, what virtual lights
+    /// without visibility tend to
+    #[arg(long, requires = "reference")]
+    no_bounce_shadows: bool,
     /// Seed of the random numbers: equal seeds give equal pictures [default: 0]
     #[arg(long, value_name = "S", requires = "reference")]
     seed: Option<u64>,
@@ -287,6 +296,7 @@ impl Render {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         let interrupt = Interrupt::catch()?;
         let (diffuse, specular) = self.method.resolve()?;
+        self.reference.check()?;
         let choice = match (self.reference.reference, self.method.backend) {
             (false, choice) => choice,
             (true, BackendChoice::Gpu) => {
@@ -435,6 +445,22 @@ impl Method {
 }
 
 impl Reference {
+    /// Refuses what would render nothing, or the same.
+    fn check(&self) -> Result<(), Failure> {
+        let default = ReferenceSettings::default();
+        let message = match self.bounces.unwrap_or(default.bounces) {
+            2.. => return Ok(()),
+            _ if self.indirect => {
+                "--indirect leaves nothing of --bounces 1, which is direct light alone: give --bounces 2 or more"
+            }
+            _ if self.no_bounce_shadows => {
+                "--no-bounce-shadows is of use with --bounces 2 or more only"
+            }
+            _ => return Ok(()),
+        };
+        Err(Failure::usage("render", message))
+    }
+
     fn settings(&self, size: Size, samples: u32) -> ReferenceSettings {
         let default = ReferenceSettings::default();
         ReferenceSettings {
@@ -444,6 +470,8 @@ impl Reference {
             paths: self.spp.unwrap_or(default.paths),
             bounces: self.bounces.unwrap_or(default.bounces),
             shadows: !self.no_shadows,
+            direct: !self.indirect,
+            bounce_shadows: !self.no_bounce_shadows,
             seed: self.seed.unwrap_or(default.seed),
         }
     }

@@ -117,6 +117,8 @@ fn methods_and_the_reference_are_what_they_say() {
         "--reference --spp 2 --no-shadows",
         "--reference --spp 2 --no-shadows --seed 5",
         "--reference --spp 2 --bounces 3",
+        "--reference --spp 2 --bounces 3 --indirect",
+        "--reference --spp 2 --bounces 3 --no-bounce-shadows",
     ] {
         let picture = radiance(arguments);
         assert!(!seen.contains(&picture), "{arguments}");
@@ -148,6 +150,16 @@ fn contradictions_are_refused_before_anything_is_read() {
         ("-o {out}/a.png --spp 4", "--reference"),
         ("-o {out}/a.png --bounces 4", "--reference"),
         ("-o {out}/a.png --seed 4", "--reference"),
+        ("-o {out}/a.png --indirect", "--reference"),
+        ("-o {out}/a.png --reference --indirect", "--bounces 2"),
+        (
+            "-o {out}/a.png --reference --indirect --bounces 1",
+            "--bounces 2",
+        ),
+        (
+            "-o {out}/a.png --reference --no-bounce-shadows",
+            "--bounces 2",
+        ),
         ("-o {out}/a.png --reference --specular ltc", "--reference"),
         ("-o {out}/a.png --inclusion winding-number", "--specular"),
         (

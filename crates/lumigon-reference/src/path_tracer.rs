@@ -21,6 +21,9 @@ use crate::settings::{RenderError, Settings};
 /// Bounces after which paths of little throughput may end by chance.
 const ROULETTE_AFTER: u32 = 4;
 
+/// Surfaces along one ray that may send light past each other.
+const SURFACES_ALONG_A_RAY: usize = 256;
+
 /// Renders an image; the same settings give the same bits on any number of threads.
 ///
 /// `camera` maps image positions, in pixels from the top left corner, to rays. `progress` hears after each row how
@@ -114,8 +117,12 @@ impl<S: Scene> Tracer<'_, S> {
                 continue;
             };
             let vertex = self.vertex(&surface, -direction);
-            let constant = self.punctual(&vertex);
-            let emitted = DVec3::from(surface.emitted) * vertex.bsdf.below_clearcoat();
+            let (constant, emitted) = if self.settings.direct {
+                let emitted = DVec3::from(surface.emitted) * vertex.bsdf.below_clearcoat();
+                (self.punctual(&vertex), emitted)
+            } else {
+                (Lobes::default(), DVec3::ZERO)
+            };
             let [mut diffuse, mut specular, mut total] = [Welford::default(); 3];
             for _ in 0..samples_per_pixel / pixel_samples.len() {
                 let mut sample = constant + self.path(&vertex, &mut random);
@@ -169,18 +176,30 @@ impl<S: Scene> Tracer<'_, S> {
 
     /// Reflected light of one random path, but for the punctual lights at its first surface, which need no chance.
     fn path(&self, first: &Vertex, random: &mut Random) -> Lobes {
-        let mut light = self.emitters(first, random);
+        let mut light = Lobes::default();
+        if self.settings.direct {
+            light = self.emitters(first, random);
+        }
         let Some((mut position, mut direction, mut throughput)) = self.continuation(first, random)
         else {
             return light;
         };
         for bounce in 2..=self.settings.bounces {
-            let Some(surface) = self.scene.intersect(position.into(), direction.into()) else {
-                break;
+            let vertices = self.senders(position, direction);
+            for vertex in &vertices {
+                let arriving = self.punctual(vertex) + self.emitters(vertex, random);
+                light += throughput * arriving.sum();
+            }
+            // One of them stands for all: as likely as any other, and as strong as they are many.
+            let vertex = match vertices.as_slice() {
+                [] => break,
+                [only] => only,
+                several => {
+                    throughput = throughput * DVec3::splat(several.len() as f64);
+                    let index = (random.uniform() * several.len() as f64) as usize;
+                    &several[index.min(several.len() - 1)]
+                }
             };
-            let vertex = self.vertex(&surface, -direction);
-            let arriving = self.punctual(&vertex) + self.emitters(&vertex, random);
-            light += throughput * arriving.sum();
             if bounce >= ROULETTE_AFTER {
                 let survival = throughput.sum().max_element().min(0.95);
                 if random.uniform() >= survival {
@@ -188,7 +207,7 @@ impl<S: Scene> Tracer<'_, S> {
                 }
                 throughput = throughput * DVec3::splat(1.0 / survival);
             }
-            let Some((next_position, next_direction, weight)) = self.continuation(&vertex, random)
+            let Some((next_position, next_direction, weight)) = self.continuation(vertex, random)
             else {
                 break;
             };
@@ -196,6 +215,22 @@ impl<S: Scene> Tracer<'_, S> {
             throughput = throughput * weight.sum();
         }
         light
+    }
+
+    /// The surfaces that send light against `direction` to `position`: the nearest one, or all if none blocks another.
+    fn senders(&self, mut position: DVec3, direction: DVec3) -> Vec<Vertex> {
+        let limit = match self.settings.bounce_shadows {
+            true => 1,
+            false => SURFACES_ALONG_A_RAY,
+        };
+        let mut vertices = vec![];
+        while vertices.len() < limit
+            && let Some(surface) = self.scene.intersect(position.into(), direction.into())
+        {
+            position = surface.position.into();
+            vertices.push(self.vertex(&surface, -direction));
+        }
+        vertices
     }
 
     /// Where a path goes on from a surface, and by what factor; `None` if the surface swallows it.

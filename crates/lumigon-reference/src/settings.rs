@@ -18,8 +18,20 @@ pub struct Settings<'a> {
     pub samples_per_pixel: usize,
     /// Reflections between light and camera; 1 is direct light only.
     pub bounces: u32,
-    /// Whether surfaces cast shadows on direct light.
+    /// Whether surfaces block light that comes from the lights, at every surface of a path.
     pub shadows: bool,
+    /// Whether light counts that comes straight from a light to the surface that is seen.
+    ///
+    /// False leaves the indirect light alone: what a path gathers from its second surface on, and nothing at all with
+    /// one bounce. What the seen surface emits doesn't count then either. 2 bounces without direct light are the light
+    /// of a single bounce.
+    pub direct: bool,
+    /// Whether surfaces block light that comes from other surfaces.
+    ///
+    /// False lets every surface along a path's direction send its reflected light, as if it were the nearest: the
+    /// integral over all surfaces' area without visibility. Surfaces turn the side to the receiver that
+    /// [`Scene::intersect`](crate::Scene::intersect) reports, and past 256 of them along one ray none counts.
+    pub bounce_shadows: bool,
     /// Other seeds give independent noise.
     pub seed: u64,
 }

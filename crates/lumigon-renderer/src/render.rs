@@ -63,8 +63,16 @@ pub struct ReferenceSettings {
     pub paths: u32,
     /// Surfaces a path may scatter at: 1 is direct light alone.
     pub bounces: u32,
-    /// Whether surfaces block light.
+    /// Whether surfaces block light that comes from the lights.
     pub shadows: bool,
+    /// Whether light counts that comes straight from a light to the surface that is seen, and what
+    /// that surface emits itself. False leaves the indirect light alone: with 2 bounces that is a
+    /// single bounce, with 1 it is nothing.
+    pub direct: bool,
+    /// Whether surfaces block light that comes from other surfaces. False lets each send its light
+    /// through all others: with `shadows` off as well, what virtual lights without visibility add
+    /// up to where there are enough of them.
+    pub bounce_shadows: bool,
     /// Seed of the random numbers: equal seeds give equal pictures on any number of threads.
     pub seed: u64,
 }
@@ -78,6 +86,8 @@ impl Default for ReferenceSettings {
             paths: 64,
             bounces: 1,
             shadows: true,
+            direct: true,
+            bounce_shadows: true,
             seed: 0,
         }
     }

@@ -31,6 +31,7 @@ fn z_scores(scene: &str, seed: u64) -> (f64, f64, u32) {
         bounces: 1,
         shadows: false,
         seed,
+        ..ReferenceSettings::default()
     };
     let reference = renderer
         .reference(&camera, &reference, Watch::none())

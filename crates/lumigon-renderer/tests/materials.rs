@@ -118,6 +118,7 @@ fn traced(scene: &Scene, paths: u32) -> ReferenceRendering {
         bounces: 1,
         shadows: false,
         seed: 3,
+        ..ReferenceSettings::default()
     };
     let renderer = CpuRenderer::new(scene);
     let camera = &scene.cameras[0];

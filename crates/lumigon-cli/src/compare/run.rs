@@ -190,6 +190,7 @@ impl Session<'_> {
             bounces,
             shadows,
             seed: self.command.seed,
+            ..ReferenceSettings::default()
         };
         let start = Instant::now();
         let rendering = self.watched(Reference::title(shadows), |watch| {

@@ -1,3 +1,4 @@
+mod indirect;
 mod layered;
 mod textured;
 
@@ -160,6 +161,8 @@ fn settings(size: usize, samples: usize) -> Settings<'static> {
         samples_per_pixel: samples,
         bounces: 1,
         shadows: false,
+        direct: true,
+        bounce_shadows: true,
         seed: 2,
     }
 }

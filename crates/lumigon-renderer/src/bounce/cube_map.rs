@@ -65,9 +65,8 @@ impl CubeMap {
     /// vectors whose longest coordinate is 1.
     pub(super) fn corners(&self, index: usize) -> [DVec3; 4] {
         let (face, column, row) = self.place(index);
-        [(0, 1), (1, 1), (1, 0), (0, 0)].map(|(dx, dy)| {
-            self.direction(face, f64::from(column + dx), f64::from(row + dy))
-        })
+        [(0, 1), (1, 1), (1, 0), (0, 0)]
+            .map(|(dx, dy)| self.direction(face, f64::from(column + dx), f64::from(row + dy)))
     }
 
     /// Face, column and row of a texel.

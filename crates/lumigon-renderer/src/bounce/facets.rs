@@ -44,8 +44,7 @@ impl Facets {
         };
         for (mesh, faces) in scene.meshes.iter().zip(of_mesh) {
             let first = this.of_triangle.len();
-            this.of_triangle
-                .resize(first + mesh.triangles.len(), NONE);
+            this.of_triangle.resize(first + mesh.triangles.len(), NONE);
             for face in faces {
                 for &triangle in &face.triangles {
                     this.of_triangle[first + triangle as usize] = this.list.len() as u32;
@@ -92,8 +91,14 @@ impl Facet {
             vertices.into_iter().map(|v| frame.flat(v)).collect()
         };
         let loops: Vec<Vec<DVec2>> = face.loops.iter().map(flat).collect();
-        let low = loops.iter().flatten().fold(DVec2::INFINITY, |a, &b| a.min(b));
-        let high = loops.iter().flatten().fold(DVec2::NEG_INFINITY, |a, &b| a.max(b));
+        let low = loops
+            .iter()
+            .flatten()
+            .fold(DVec2::INFINITY, |a, &b| a.min(b));
+        let high = loops
+            .iter()
+            .flatten()
+            .fold(DVec2::NEG_INFINITY, |a, &b| a.max(b));
         Self {
             frame,
             loops,

@@ -58,9 +58,10 @@ impl Convex {
     /// The axis-aligned square about a point.
     pub(super) fn square(center: DVec2, half_side: f64) -> Self {
         let mut corners = [DVec2::ZERO; MOST_CORNERS];
-        for (corner, (x, y)) in corners
-            .iter_mut()
-            .zip([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+        for (corner, (x, y)) in
+            corners
+                .iter_mut()
+                .zip([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
         {
             *corner = center + DVec2::new(x, y) * half_side;
         }
@@ -95,6 +96,13 @@ impl Convex {
             }
         }
         part
+    }
+
+    pub(super) fn contains(&self, point: DVec2) -> bool {
+        let corners = self.corners();
+        let following = corners.iter().cycle().skip(1);
+        let mut edges = corners.iter().zip(following);
+        edges.all(|(&a, &b)| (b - a).perp_dot(point - a) >= 0.0)
     }
 
     pub(super) fn area(&self) -> f64 {

@@ -120,6 +120,8 @@ pub(super) fn render(
         samples_per_pixel: paths.next_multiple_of(settings.samples) as usize,
         bounces: settings.bounces,
         shadows: settings.shadows,
+        direct: settings.direct,
+        bounce_shadows: settings.bounce_shadows,
         seed: settings.seed,
     };
     let done = AtomicU64::new(0);
