@@ -158,7 +158,9 @@ impl VirtualLighting {
         let kept = self.order.iter().zip(&self.polygons);
         self.polygons.len() == lights.polygons.len()
             && self.points == lights.points
-            && kept.into_iter().all(|(&i, kept)| lights.polygons[i] == *kept)
+            && kept
+                .into_iter()
+                .all(|(&i, kept)| lights.polygons[i] == *kept)
     }
 
     pub(super) fn set(&self) -> LightSet<'_> {

@@ -14,6 +14,7 @@ use super::device::Gpu;
 use super::distance_fields::FieldCache;
 use super::error::GpuError;
 use super::light_set::{LightSet, PunctualRecord};
+use super::parts::Part;
 use crate::prepared_lights::PreparedLights;
 use crate::render::{RenderError, RenderSettings};
 use crate::scene::{EmissivePolygon, PunctualLight, Texture};
@@ -181,6 +182,47 @@ impl Lighting {
 
     pub(super) fn layout(&self) -> &wgpu::BindGroupLayout {
         &self.layout
+    }
+
+    /// The polygons, sorted by place.
+    pub(super) fn polygons(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// One light: polygons are counted first, in the scene's order, then those without extent.
+    pub(super) fn part_of(&self, light: usize) -> Part {
+        let count = self.lights.len();
+        let mut places: Vec<usize> = (0..count).collect();
+        places.sort_by_key(|&place| self.sources[place]);
+        let one = |place: usize| place as u32..place as u32 + 1;
+        match places.get(light) {
+            Some(&place) => Part {
+                polygons: one(place),
+                punctual: 0..0,
+            },
+            None => Part {
+                polygons: 0..0,
+                punctual: one(light - count),
+            },
+        }
+    }
+
+    /// A list of lights, polygons counted first and as they are sorted here, in the order that
+    /// [`Lighting::part_of`] counts them in.
+    pub(super) fn in_order_of_the_scene<T>(&self, list: Vec<(usize, T)>) -> Vec<(usize, T)> {
+        let mut sorted = self.sources.clone();
+        sorted.sort_unstable();
+        let rank = |place: usize| match self.sources.get(place) {
+            // Each source is there once.
+            Some(source) => sorted.partition_point(|other| other < source),
+            None => place,
+        };
+        let mut list: Vec<_> = list
+            .into_iter()
+            .map(|(place, item)| (rank(place), item))
+            .collect();
+        list.sort_by_key(|&(light, _)| light);
+        list
     }
 
     /// The tables that all lights share.

@@ -1,7 +1,9 @@
 //! The GPU backend: triangles rastered to ids, surfaces and lights in compute.
 
 mod adapter;
+mod bounce;
 mod clock;
+mod cube_faces;
 mod device;
 mod distance_fields;
 mod equipment;

@@ -1,11 +1,12 @@
 //! A scene on a device, and pictures of it.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use lumigon_wgpu::{ImageColors, ReplaceImageError};
 
 use super::AdapterKind;
 use super::clock::Clock;
+use super::cube_faces::{FaceCanvas, FaceRaster};
 use super::device::{Gpu, Waited, lock};
 use super::equipment::Equipment;
 use super::error::GpuError;
@@ -18,10 +19,10 @@ use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
 use super::shading::{self, PIXEL, Pass, Shading, ShadingRecord};
 use super::tile::{Tile, tile_size, tiles};
 use super::visibility::Visibility;
-use crate::bounce::VirtualLights;
+use crate::bounce::{Facets, VirtualLights};
 use crate::cpu::{check_size, pixel_samples};
 use crate::render::{RenderError, RenderSettings, Rendering, Watch};
-use crate::scene::{Camera, EmissivePolygon, Scene, Texture};
+use crate::scene::{Camera, EmissivePolygon, Mesh, Scene, Texture};
 
 /// Longest side of a tile, in pixels: what every device can raster.
 const LONGEST_SIDE: u32 = 2048;
@@ -46,33 +47,53 @@ const SOFTWARE_ROUNDS: u64 = 60_000;
 /// Edges of the lights that are left of many where those that add little are left out, about.
 const MOST_COUNTING_EDGES: u64 = 1000;
 
-/// How long the device worked on the last picture.
+pub(super) const NO_RAYS_TO_VIRTUAL_LIGHTS: GpuError = GpuError::NoRays {
+    what: "virtual lights",
+};
+
+/// How long the device worked on the last picture, and on the last virtual lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GpuTimings {
     /// Milliseconds of finding what each pixel sees, over all tiles and samples.
     pub visibility: f64,
     /// Milliseconds of lighting it.
     pub shading: f64,
+    /// Milliseconds of the last virtual lights' cube maps: of finding what they see, and of lighting it.
+    pub bounce: f64,
 }
 
 /// A scene on a device, ready to be rendered.
 ///
 /// Cameras and lights may change from picture to picture: nothing is built anew for them.
 pub struct GpuRenderer {
-    gpu: Gpu,
-    scene: SceneBuffers,
-    visibility: Visibility,
+    pub(super) gpu: Gpu,
+    pub(super) scene: SceneBuffers,
+    pub(super) visibility: Visibility,
     shading: Shading,
-    lighting: Lighting,
+    pub(super) lighting: Lighting,
     /// What lights' pictures are made of.
     textures: Vec<Texture>,
-    clock: Option<Clock>,
-    /// One picture at a time; what it was rendered with is kept for the next one.
-    equipment: Mutex<Option<Equipment>>,
-    /// Locked after the equipment.
-    virtual_lighting: Mutex<Option<VirtualLighting>>,
+    /// What bounce light needs of the scene: triangles, and lights without extent.
+    pub(super) shapes: Scene,
+    pub(super) facets: OnceLock<Facets>,
+    pub(super) face_raster: OnceLock<FaceRaster>,
+    pub(super) clock: Option<Clock>,
+    /// One picture or cube map at a time.
+    pub(super) kept: Mutex<Kept>,
     timings: Mutex<Option<GpuTimings>>,
+    /// Milliseconds.
+    pub(super) bounce_time: Mutex<f64>,
     largest_tile: Option<[u32; 2]>,
+}
+
+/// What pictures and cube maps leave to the next ones.
+#[derive(Default)]
+pub(super) struct Kept {
+    pub(super) picture: Option<Equipment>,
+    /// For light on cube maps.
+    pub(super) face: Option<Equipment>,
+    pub(super) faces: Option<FaceCanvas>,
+    pub(super) virtual_lighting: Option<VirtualLighting>,
 }
 
 impl GpuRenderer {
@@ -88,6 +109,17 @@ impl GpuRenderer {
         let textures = scene.textures.clone();
         let (polygons, punctual) = (&scene.polygon_lights, &scene.punctual_lights);
         let lighting = Lighting::new(gpu, polygons, &textures, punctual)?;
+        let outline = |mesh: &Mesh| Mesh {
+            material: mesh.material,
+            positions: mesh.positions.clone(),
+            triangles: mesh.triangles.clone(),
+            ..Mesh::default()
+        };
+        let shapes = Scene {
+            meshes: scene.meshes.iter().map(outline).collect(),
+            punctual_lights: punctual.clone(),
+            ..Scene::default()
+        };
         let scene_layout = scene_buffers::layout(gpu);
         let scene = SceneBuffers::new(gpu, &scene_layout, scene)?;
         Ok(Self {
@@ -97,10 +129,13 @@ impl GpuRenderer {
             scene,
             lighting,
             textures,
+            shapes,
+            facets: OnceLock::new(),
+            face_raster: OnceLock::new(),
             clock: Clock::new(gpu),
-            equipment: Mutex::default(),
-            virtual_lighting: Mutex::default(),
+            kept: Mutex::default(),
             timings: Mutex::default(),
+            bounce_time: Mutex::default(),
             largest_tile: None,
         })
     }
@@ -175,27 +210,44 @@ impl GpuRenderer {
         watch: Watch<'_>,
     ) -> Result<Rendering, RenderError> {
         check_size(settings.width, settings.height, settings.samples)?;
+        if virtual_lights.targets.is_some() {
+            return Err(NO_RAYS_TO_VIRTUAL_LIGHTS.into());
+        }
         let (width, height) = (settings.width, settings.height);
         let mut picture = Rendering::black(width, height)?;
         let Some(view) = View::new(camera, [width, height], self.scene.bounds) else {
             return Ok(picture);
         };
-        let mut equipment = lock(&self.equipment);
+        let mut kept = lock(&self.kept);
         *lock(&self.timings) = None;
+        let Kept {
+            picture: equipment,
+            virtual_lighting,
+            ..
+        } = &mut *kept;
         let mut sets = Vec::new();
         if settings.direct {
             sets.push(self.lighting.set(&self.gpu, settings)?);
         }
-        let mut kept = lock(&self.virtual_lighting);
         if !virtual_lights.is_empty() {
-            sets.push(self.virtual_lighting(&mut kept, virtual_lights)?.set());
+            sets.push(
+                self.virtual_lighting(virtual_lighting, virtual_lights)?
+                    .set(),
+            );
         }
         let done = self.gpu.guarded("a picture", || {
-            self.render_into(&mut picture, &view, settings, &sets, watch, &mut equipment)
+            self.render_into(&mut picture, &view, settings, &sets, watch, equipment)
         });
         match done {
-            Ok(Waited::Done) => Ok(picture),
-            Ok(Waited::Cancelled) => Err(RenderError::Cancelled),
+            Ok(Some([visibility, shading])) => {
+                *lock(&self.timings) = self.clock.is_some().then(|| GpuTimings {
+                    visibility,
+                    shading,
+                    bounce: *lock(&self.bounce_time),
+                });
+                Ok(picture)
+            }
+            Ok(None) => Err(RenderError::Cancelled),
             Err(fault) => {
                 *equipment = None;
                 Err(fault.into())
@@ -210,7 +262,7 @@ impl GpuRenderer {
     }
 
     /// The virtual lights on the device: those that were kept, if they are the same.
-    fn virtual_lighting<'a>(
+    pub(super) fn virtual_lighting<'a>(
         &self,
         kept: &'a mut Option<VirtualLighting>,
         lights: &VirtualLights,
@@ -229,7 +281,8 @@ impl GpuRenderer {
         Ok(kept.insert(found))
     }
 
-    fn render_into(
+    /// Milliseconds of visibility and of shading, 0 without a clock; `None` when cancelled.
+    pub(super) fn render_into(
         &self,
         picture: &mut Rendering,
         view: &View,
@@ -237,8 +290,11 @@ impl GpuRenderer {
         sets: &[LightSet<'_>],
         watch: Watch<'_>,
         equipment: &mut Option<Equipment>,
-    ) -> Result<Waited, GpuError> {
-        let edges = sets.iter().map(|set| self.edges(set, settings)).sum::<u64>();
+    ) -> Result<Option<[f64; 2]>, GpuError> {
+        let edges = sets
+            .iter()
+            .map(|set| self.edges(set, settings))
+            .sum::<u64>();
         let edges = edges.max(1);
         let most_work = most_work(self.gpu.adapter().kind);
         let samples = pixel_samples(settings.samples);
@@ -263,13 +319,13 @@ impl GpuRenderer {
         let tiles = tiles(size, largest);
         let total = (tiles.len() * samples.len().div_ceil(at_once)) as u64;
         let mut done = 0;
-        let mut timings = self.clock.is_some().then(GpuTimings::default);
+        let mut spent = [0.0; 2];
         for tile in tiles {
             let mut batches = samples.chunks(at_once).peekable();
             let mut is_first = true;
             while let Some(batch) = batches.next() {
                 if watch.is_cancelled() {
-                    return Ok(Waited::Cancelled);
+                    return Ok(None);
                 }
                 let frames: Vec<_> = batch
                     .iter()
@@ -305,22 +361,20 @@ impl GpuRenderer {
                 let waited = self.gpu.read(&submission, &reads, cancelled, |i, bytes| {
                     if is_last && i == 0 {
                         tile.write(bytes, picture);
-                    } else if let (Some(clock), Some(timings)) = (&self.clock, &mut timings) {
-                        let spent = clock.timings(bytes);
-                        timings.visibility += spent.visibility;
-                        timings.shading += spent.shading;
+                    } else if let Some(clock) = &self.clock {
+                        let frames = clock.frames(bytes);
+                        spent = [0, 1].map(|pass| spent[pass] + frames[pass]);
                     }
                 })?;
                 if waited == Waited::Cancelled {
-                    return Ok(waited);
+                    return Ok(None);
                 }
                 is_first = false;
                 done += 1;
                 (watch.progress)(done, total);
             }
         }
-        *lock(&self.timings) = timings;
-        Ok(Waited::Done)
+        Ok(Some(spent))
     }
 
     fn encode(
@@ -359,9 +413,11 @@ impl GpuRenderer {
             let methods = Methods::new(settings, set.has_images);
             let first = records.len();
             let parts = self.parts(set, methods, settings.image_method.taps());
-            records.extend((0..).zip(&parts).map(|(i, part)| {
-                ShadingRecord::new(settings, part, set.with_emission && i == 0)
-            }));
+            records.extend(
+                (0..).zip(&parts).map(|(i, part)| {
+                    ShadingRecord::new(settings, part, set.with_emission && i == 0)
+                }),
+            );
             passes.push(Pass {
                 pipeline: self.shading.pipeline(&self.gpu, methods),
                 lights: set.bind_group.clone(),
