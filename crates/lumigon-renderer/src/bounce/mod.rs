@@ -7,6 +7,7 @@
 //! Radiosity" (1997), reflective shadow maps C. Dachsbacher's and M. Stamminger's (2005).
 
 mod cube_map;
+mod debug_view;
 mod facets;
 mod footprint;
 mod gather;
