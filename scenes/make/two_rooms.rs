@@ -177,7 +177,7 @@ pub(crate) fn two_rooms() -> Vec<u8> {
     partition(&mut glb, white, grey);
 
     // Beside the doorway, off the wall so that no surface coincides with it.
-    let light = glb.emitter("light", [21.0, 18.5, 15.0], false);
+    let light = glb.emitter("light", [34.0, 30.0, 25.0], false);
     let frame = Outline::round_frame(1.2, 1.9, 0.4, 0.28);
     let geometry = glb.geometry(&Mesh::polygon(&frame));
     let mesh = glb.mesh("light", &geometry, light);
@@ -190,16 +190,16 @@ pub(crate) fn two_rooms() -> Vec<u8> {
 
     for (name, low, high, material) in [
         ("red chest", [0.0, 0.0, -3.1], [0.9, 0.7, -2.5], red),
-        ("pedestal", [1.1, 0.0, 0.45], [1.5, 0.85, 0.85], white),
-        ("bench", [-1.55, 0.0, 0.15], [-1.15, 0.45, 1.3], oak),
-        ("step", [0.6, 0.0, 1.3], [1.0, 0.35, 1.7], teal),
+        ("pedestal", [1.15, 0.0, 0.3], [1.5, 0.85, 0.65], white),
+        ("bench", [1.25, 0.0, 1.25], [1.65, 0.45, 2.5], oak),
+        ("step", [-0.15, 0.0, 0.95], [0.25, 0.35, 1.35], teal),
     ] {
         object(&mut glb, name, &Mesh::standing(low, high), material);
     }
     let geometry = glb.geometry(&Mesh::sphere(40, 20));
     for (name, material, place, radius) in [
-        ("ball", white, [1.3, 1.072, 0.65], 0.22),
-        ("ball on the floor", yellow, [-0.4, 0.262, 1.1], 0.26),
+        ("ball", white, [1.325, 1.052, 0.475], 0.2),
+        ("ball on the floor", yellow, [0.55, 0.262, 1.5], 0.26),
     ] {
         let mesh = glb.mesh(name, &geometry, material);
         glb.root(
@@ -211,12 +211,12 @@ pub(crate) fn two_rooms() -> Vec<u8> {
     }
 
     let camera = glb.camera(1.6, 64_f64.to_radians());
-    let eye = DVec3::new(-1.0, 1.5, 2.8);
+    let eye = DVec3::new(-1.4, 1.55, 2.7);
     glb.root(
         Node::new("corner")
             .camera(camera)
             .translation(eye.to_array())
-            .rotation(looking(eye, DVec3::new(0.2, 1.05, 0.0))),
+            .rotation(looking(eye, DVec3::new(0.75, 0.9, 0.5))),
     );
     glb.finish()
 }

@@ -250,7 +250,7 @@ struct Reference {
     #[arg(long, value_name = "N", requires = "reference",
         value_parser = clap::value_parser!(u32).range(1..))]
     bounces: Option<u32>,
-    /// Let light through surfaces, as the closed forms always do
+    /// Let light from lights through surfaces, as the closed forms always do
     #[arg(long)]
     no_shadows: bool,
     /// Only light that reaches what is seen from other surfaces, not from lights: with --bounces 2

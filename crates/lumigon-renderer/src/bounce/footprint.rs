@@ -98,6 +98,13 @@ impl Convex {
         part
     }
 
+    pub(super) fn contains(&self, point: DVec2) -> bool {
+        let corners = self.corners();
+        let following = corners.iter().cycle().skip(1);
+        let mut edges = corners.iter().zip(following);
+        edges.all(|(&a, &b)| (b - a).perp_dot(point - a) >= 0.0)
+    }
+
     pub(super) fn area(&self) -> f64 {
         let Some(&first) = self.corners().first() else {
             return 0.0;

@@ -6,23 +6,27 @@
 //! Generation Using Cube Maps" (28 March 2013); virtual point lights are A. Keller's, "Instant
 //! Radiosity" (1997), reflective shadow maps C. Dachsbacher's and M. Stamminger's (2005).
 
+mod cells;
+mod centers;
+mod clusters;
 mod cube_map;
 mod debug_view;
 mod facets;
 mod footprint;
 mod gather;
 mod reduction;
+mod targets;
 mod virtual_lights;
 
 pub use cube_map::{CubeMap, CubeTexel};
 pub(crate) use facets::Facets;
 pub(crate) use gather::{BounceLights, Gather, virtual_lights};
+pub(crate) use targets::{LightTargets, light_places};
 pub use virtual_lights::VirtualLights;
-#[expect(unused_imports, reason = "for the GPU, which comes next")]
-pub(crate) use virtual_lights::{LightTargets, VirtualPoint};
+pub(crate) use virtual_lights::VirtualPoint;
 
 /// Most texels across a face of a cube map.
-pub const MAXIMUM_FACE_SIZE: u32 = 1024;
+pub const MAXIMUM_FACE_SIZE: u32 = 512;
 
 /// Most virtual lights.
 pub const MAXIMUM_VIRTUAL_LIGHTS: u32 = 1 << 20;

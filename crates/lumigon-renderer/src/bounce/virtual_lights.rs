@@ -1,11 +1,14 @@
 //! Lights that stand for the surfaces that light bounces off.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use lumigon::{PolygonLight, Sides};
 use lumigon_wgpu::Light;
 use rayon::prelude::*;
 
+use super::footprint::{Convex, PlaneFrame};
+use super::gather::Gathered;
 use super::reduction::Patch;
+use super::targets::LightTargets;
 use super::{BounceSettings, BounceVisibility, VirtualLightKind};
 
 /// A point that emits by the cosine about its normal; `radiance x area` of a small patch there.
@@ -19,12 +22,16 @@ pub(crate) struct VirtualPoint {
     pub(crate) least_distance: f32,
 }
 
-/// Points on lights that rays of visibility go to, as many for each.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct LightTargets {
-    pub(crate) per_light: usize,
-    /// Light after light.
-    pub(crate) points: Vec<Vec3>,
+impl VirtualPoint {
+    /// Unit vector towards it and the irradiance on a surface that faces it; `None` behind it.
+    pub(crate) fn at(&self, point: Vec3) -> Option<(Vec3, Vec3)> {
+        let offset = self.position - point;
+        let squared = offset.length_squared();
+        let towards = offset.try_normalize()?;
+        let cosine = -towards.dot(self.normal);
+        let nearest = self.least_distance * self.least_distance;
+        (cosine > 0.0).then(|| (towards, self.intensity * (cosine / squared.max(nearest))))
+    }
 }
 
 /// What lights a scene's further bounces.
@@ -36,23 +43,20 @@ pub struct VirtualLights {
     pub(crate) points: Vec<VirtualPoint>,
     /// One for each light, if surfaces block them.
     pub(crate) targets: Option<LightTargets>,
-    gathered_flux: [f64; 3],
-    texels: usize,
+    gathered: Gathered,
     warnings: Vec<String>,
 }
 
 impl VirtualLights {
-    /// `gathered_flux` is that of the texels.
+    /// `gathered` is what the patches came of.
     pub(super) fn new(
         patches: &[Patch],
         settings: &BounceSettings,
         scene_diagonal: f32,
-        texels: usize,
-        gathered_flux: DVec3,
+        gathered: Gathered,
     ) -> Self {
         let mut this = Self {
-            gathered_flux: gathered_flux.to_array(),
-            texels,
+            gathered,
             ..Self::default()
         };
         let mut targets = Vec::new();
@@ -117,13 +121,13 @@ impl VirtualLights {
     /// rounding.
     #[must_use]
     pub fn gathered_flux(&self) -> [f64; 3] {
-        self.gathered_flux
+        self.gathered.flux.to_array()
     }
 
     /// Texels of all cube maps that see a surface.
     #[must_use]
     pub fn texels(&self) -> usize {
-        self.texels
+        self.gathered.texels
     }
 
     /// What cube maps could not see, and what would mend it.
@@ -134,11 +138,22 @@ impl VirtualLights {
 }
 
 fn polygon(patch: &Patch) -> Option<Light> {
-    let polygon = PolygonLight::new(&patch.loops, Sides::Front).ok()?;
+    // What clipping has left of an outline may have no area; the light is there all the same.
+    let outline = PolygonLight::new(&patch.loops, Sides::Front);
+    let polygon = outline.or_else(|_| PolygonLight::new(&[square(patch)], Sides::Front));
+    let polygon = polygon.ok()?;
     let radiance = patch.flux / (std::f64::consts::PI * polygon.area());
     Some(Light {
         polygon: polygon.cast().ok()?,
         radiance: radiance.as_vec3().to_array(),
         image: None,
     })
+}
+
+/// As large as the surfaces that a patch stands for.
+fn square(patch: &Patch) -> Vec<[f64; 3]> {
+    let frame = PlaneFrame::new(patch.target, patch.normal);
+    let square = Convex::square(DVec2::ZERO, 0.5 * patch.area.sqrt());
+    let corners = square.corners().iter();
+    corners.map(|&p| frame.raised(p).to_array()).collect()
 }

@@ -1,16 +1,19 @@
 //! What bounce light asks of the CPU: rays for cube maps, and light on what they meet.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
 use lumigon::{DiffuseMethod, ImageMethod, SpecularMethod};
 use rayon::prelude::*;
 
+use super::CpuRenderer;
 use super::hits::{Hits, Wanted};
 use super::lobes::Scattered;
-use super::{CpuRenderer, shade};
+use super::shade::{self, Visibility};
 use crate::bounce::{
-    BounceLights, BounceSettings, CubeMap, CubeTexel, Facets, Gather, VirtualLights, virtual_lights,
+    BounceLights, BounceSettings, CubeMap, CubeTexel, Facets, Gather, LightTargets, VirtualLights,
+    light_places, virtual_lights,
 };
 use crate::render::{RenderError, Watch};
 use crate::scene::{Camera, SurfaceSample};
@@ -49,30 +52,96 @@ impl CpuRenderer<'_> {
 
 impl CpuRenderer<'_> {
     /// What the hits scatter of `lights` by their diffuse lobes.
-    fn bounce_light(&self, hits: &Hits, lights: BounceLights<'_>) -> Vec<Scattered> {
+    fn bounce_light(
+        &self,
+        hits: &Hits,
+        lights: BounceLights<'_>,
+        watch: Watch<'_>,
+    ) -> Vec<Scattered> {
         let methods = shade::Methods {
             diffuse: DiffuseMethod::default(),
             specular: SpecularMethod::None,
             images: ImageMethod::default(),
         };
         let mut light = vec![Scattered::default(); hits.surfaces().len()];
-        match lights {
-            BounceLights::All { .. } => {
-                let lights = self.lights(methods.images);
-                shade::add_polygons(&mut light, hits, lights, &[], methods);
-                for punctual in &self.scene.punctual_lights {
-                    shade::add_punctual(&mut light, hits, punctual, methods.specular);
-                }
-            }
-            BounceLights::One { light: one, .. } => {
-                let lights = self.lights.get(one..=one).unwrap_or_default();
-                shade::add_polygons(&mut light, hits, lights, &[], methods);
-            }
+        let all = self.lights(methods.images);
+        let punctual = self.scene.punctual_lights.as_slice();
+        let (range, punctual, shadows) = match lights {
             BounceLights::Virtual(lights) => {
-                shade::add_polygons(&mut light, hits, &lights.polygons, &[], methods);
+                self.add_virtual_lights(&mut light, hits, lights, methods, watch);
+                return light;
             }
+            BounceLights::All { shadows } => (0..all.len(), punctual, shadows),
+            BounceLights::One { light, shadows } if light < all.len() => {
+                (light..light + 1, &[][..], shadows)
+            }
+            BounceLights::One { light, shadows } => {
+                let own = light - all.len();
+                let one = punctual.get(own..=own).unwrap_or_default();
+                (0..0, one, shadows)
+            }
+        };
+        let targets;
+        let mut visibility = Visibility::Whole;
+        let is_cancelled = || watch.is_cancelled();
+        if shadows {
+            targets = self.light_targets(range.clone());
+            visibility = self.traced(&targets, &is_cancelled);
+        }
+        shade::add_polygons(&mut light, hits, &all[range], &[], methods, visibility);
+        for one in punctual {
+            let is_visible = |position, towards, distance| {
+                let epsilon = self.geometry.epsilon;
+                let farthest = distance - epsilon;
+                let geometry = &self.geometry;
+                !shadows || !geometry.occluded(self.scene, position, towards, epsilon, farthest)
+            };
+            shade::add_punctual(&mut light, hits, one, methods.specular, is_visible);
         }
         light
+    }
+
+    /// Adds what the hits scatter of virtual lights.
+    pub(super) fn add_virtual_lights(
+        &self,
+        light: &mut [Scattered],
+        hits: &Hits,
+        lights: &VirtualLights,
+        methods: shade::Methods,
+        watch: Watch<'_>,
+    ) {
+        let is_cancelled = || watch.is_cancelled();
+        let visibility = match &lights.targets {
+            Some(targets) => self.traced(targets, &is_cancelled),
+            None => Visibility::Whole,
+        };
+        shade::add_polygons(light, hits, &lights.polygons, &[], methods, visibility);
+        shade::add_virtual_points(light, hits, &lights.points, methods.specular, visibility);
+    }
+
+    fn traced<'b>(
+        &'b self,
+        targets: &'b LightTargets,
+        is_cancelled: &'b dyn Fn() -> bool,
+    ) -> Visibility<'b> {
+        Visibility::Traced {
+            geometry: &self.geometry,
+            scene: self.scene,
+            targets,
+            is_cancelled,
+        }
+    }
+
+    /// Where rays to some of the scene's lights go.
+    fn light_targets(&self, range: Range<usize>) -> LightTargets {
+        let all = self
+            .targets
+            .get_or_init(|| LightTargets::spread(&self.lights));
+        let per_light = all.per_light;
+        LightTargets {
+            per_light,
+            points: all.points[range.start * per_light..range.end * per_light].to_vec(),
+        }
     }
 }
 
@@ -117,7 +186,7 @@ impl Gather for CpuRenderer<'_> {
         let wanted = Wanted {
             diffuse: DiffuseMethod::default(),
             specular: SpecularMethod::None,
-            punctual: !self.scene.punctual_lights.is_empty(),
+            lobes: true,
         };
         let size = map.face_size;
         let count = map.texels.len();
@@ -145,7 +214,7 @@ impl Gather for CpuRenderer<'_> {
                     }
                 }
                 let mut radiance = vec![Vec3::ZERO; range.len()];
-                let light = self.bounce_light(hits, lights);
+                let light = self.bounce_light(hits, lights, watch);
                 for (hit, light) in hits.surfaces().iter().zip(light) {
                     radiance[hit.pixel as usize] = light.diffuse;
                 }
@@ -164,7 +233,7 @@ impl Gather for CpuRenderer<'_> {
         self.facets.get_or_init(|| Facets::new(self.scene))
     }
 
-    fn light_places(&self) -> Vec<(Vec3, Option<Vec3>)> {
-        Vec::new()
+    fn light_places(&self) -> Vec<(usize, Vec3)> {
+        light_places(&self.lights, &self.scene.punctual_lights, self.facets())
     }
 }

@@ -149,6 +149,14 @@ impl Geometry {
         })
     }
 
+    /// Whether anything lies between two points of surfaces.
+    pub(super) fn between(&self, scene: &Scene, from: Vec3, to: Vec3) -> bool {
+        let offset = to - from;
+        let distance = offset.length();
+        let farthest = distance - self.epsilon;
+        self.occluded(scene, from, offset / distance, self.epsilon, farthest)
+    }
+
     fn triangle(&self, hierarchy: &CwBvh, slot: usize) -> &TracedTriangle {
         &self.triangles[hierarchy.primitive_indices[slot] as usize]
     }

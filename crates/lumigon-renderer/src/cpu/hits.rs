@@ -33,8 +33,8 @@ pub(super) struct Hit {
 pub(super) struct Wanted {
     pub(super) diffuse: DiffuseMethod,
     pub(super) specular: SpecularMethod,
-    /// Whether lights without extent will ask for the lobes' values.
-    pub(super) punctual: bool,
+    /// Whether the lobes will be asked for: by lights without extent, and by rays to lights.
+    pub(super) lobes: bool,
 }
 
 /// Every surface the rays of a tile have met. Only lobes that reflect something are listed, so
@@ -124,7 +124,7 @@ impl Hits {
         if !lambertian.is_black() {
             self.irradiance.push(index, lambertian, at_normal);
         }
-        if wanted.punctual {
+        if wanted.lobes {
             self.lobes.push(lobes);
         }
     }

@@ -5,8 +5,8 @@ use std::ops::{AddAssign, Mul};
 
 use glam::Vec3;
 use lumigon::{
-    LtcLobes, charlie_cosine, eon_multiple_albedo, eon_multiple_cosine, eon_single_cosine,
-    ggx_anisotropic_cosine, ggx_cosine,
+    LtcLobes, SpecularMethod, charlie_cosine, eon_multiple_albedo, eon_multiple_cosine,
+    eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine,
 };
 
 use super::fitted_lobes::{Amplitudes, FittedBrdf, FittedLobes};
@@ -203,6 +203,14 @@ impl Lobes {
             sheen,
             clearcoat,
         }
+    }
+
+    /// As [`Lobes::evaluate`], but for the specular lobes where `specular` has none.
+    pub(super) fn evaluate_by(&self, light: Vec3, specular: SpecularMethod) -> Scattered {
+        if specular == SpecularMethod::None {
+            return Scattered::diffuse(self.diffuse.evaluate(self.normal, self.view, light));
+        }
+        self.evaluate(light)
     }
 
     /// Each lobe's BRDF times the cosine for light from the unit vector `light`, in 1/sr.

@@ -11,6 +11,7 @@ mod material;
 mod pixel_samples;
 mod reference;
 mod shade;
+mod visible;
 
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -19,7 +20,7 @@ use lumigon::{ImageMethod, LightImage, PlacedDistanceField, SpecularMethod, Vec3
 use lumigon_wgpu::Light;
 use rayon::prelude::*;
 
-use crate::bounce::{Facets, VirtualLights};
+use crate::bounce::{Facets, LightTargets, VirtualLights};
 use crate::prepared_lights::PreparedLights;
 use crate::render::{
     MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
@@ -33,6 +34,7 @@ use geometry::Geometry;
 use hits::{Hits, Wanted};
 use lobes::Scattered;
 pub(crate) use pixel_samples::pixel_samples;
+use shade::Visibility;
 
 /// Side of the square of pixels that one task renders: large enough to fill SIMD lanes with
 /// neighbours, small enough to keep every thread busy to the end.
@@ -58,6 +60,8 @@ pub struct CpuRenderer<'a> {
     fields: FieldCache,
     /// The flat parts of the surfaces, for bounce light.
     facets: OnceLock<Facets>,
+    /// Where rays to the lights go, for bounce light.
+    targets: OnceLock<LightTargets>,
 }
 
 impl<'a> CpuRenderer<'a> {
@@ -79,6 +83,7 @@ impl<'a> CpuRenderer<'a> {
             fitted: FittedLobes::new(),
             fields: FieldCache::default(),
             facets: OnceLock::new(),
+            targets: OnceLock::new(),
         }
     }
 
@@ -223,7 +228,9 @@ impl<'a> CpuRenderer<'a> {
         let wanted = Wanted {
             diffuse: settings.diffuse,
             specular: settings.specular,
-            punctual: !self.scene.punctual_lights.is_empty(),
+            lobes: !self.scene.punctual_lights.is_empty()
+                || !frame.virtual_lights.points.is_empty()
+                || frame.virtual_lights.targets.is_some(),
         };
         // A few samples at a time: thousands of them would fill memory, and be slow to stop.
         for samples in samples.chunks(SAMPLES_AT_ONCE) {
@@ -243,7 +250,7 @@ impl<'a> CpuRenderer<'a> {
                     }
                 }
             }
-            self.shade(hits, frame, share, &mut tile);
+            self.shade(hits, frame, share, &mut tile, watch);
         }
         Some(tile)
     }
@@ -263,7 +270,7 @@ impl<'a> CpuRenderer<'a> {
     }
 
     /// Adds what the lights do to the hits, `share` of it, to their pixels.
-    fn shade(&self, hits: &Hits, frame: Frame<'_>, share: f32, tile: &mut Tile) {
+    fn shade(&self, hits: &Hits, frame: Frame<'_>, share: f32, tile: &mut Tile, watch: Watch<'_>) {
         let Frame {
             settings,
             fields,
@@ -278,12 +285,13 @@ impl<'a> CpuRenderer<'a> {
         let mut light = vec![Scattered::default(); hits.surfaces().len()];
         if settings.direct {
             let lights = self.lights(settings.image_method);
-            shade::add_polygons(&mut light, hits, lights, fields, methods);
+            shade::add_polygons(&mut light, hits, lights, fields, methods, Visibility::Whole);
             for punctual in &self.scene.punctual_lights {
-                shade::add_punctual(&mut light, hits, punctual, settings.specular);
+                let anywhere = |_, _, _| true;
+                shade::add_punctual(&mut light, hits, punctual, settings.specular, anywhere);
             }
         }
-        shade::add_polygons(&mut light, hits, &virtual_lights.polygons, &[], methods);
+        self.add_virtual_lights(&mut light, hits, virtual_lights, methods, watch);
         for (hit, light) in hits.surfaces().iter().zip(light) {
             let pixel = hit.pixel as usize;
             for (to, part) in [

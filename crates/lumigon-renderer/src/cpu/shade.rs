@@ -4,17 +4,20 @@ use fearless_simd::{Level, Simd, dispatch};
 use glam::Vec3;
 use lumigon::{
     DISTANCE_FIELD_SPREAD, DiffuseMethod, ImageMethod, Lanes, LightImage, LocalOcclusion, Ltc,
-    Mask, PlacedDistanceField, PreparedLtc, Real, SpecularMethod, eon_multiple_cosine,
+    Mask, PlacedDistanceField, PreparedLtc, Real, Sides, SpecularMethod, eon_multiple_cosine,
     eon_single_cosine, ggx_anisotropic_cosine, ggx_cosine, light_direction, ltc_form_factor,
     ltc_mean_image, reflected_distance, reflected_image, reflected_inclusion,
 };
 use lumigon_wgpu::Light;
 
 use super::batch::Batch;
+use super::geometry::Geometry;
 use super::hits::{DIRECT, FITTED, FITTED_ANISOTROPIC, Hits};
 use super::lobes::Scattered;
 use super::vector;
-use crate::scene::PunctualLight;
+use super::visible::Visible;
+use crate::bounce::{LightTargets, VirtualPoint};
+use crate::scene::{PunctualLight, Scene};
 
 /// Sums over lights of radiance times response, by channel, one list each.
 type Sums = [Vec<f32>; 3];
@@ -42,11 +45,88 @@ pub(super) fn add_polygons(
     lights: &[Light],
     fields: &[PlacedDistanceField<'_, f32>],
     methods: Methods,
+    visibility: Visibility<'_>,
 ) {
     let mut fields = fields.chunks(LIGHTS_AT_ONCE);
-    for lights in lights.chunks(LIGHTS_AT_ONCE) {
+    for (i, lights) in lights.chunks(LIGHTS_AT_ONCE).enumerate() {
         let fields = fields.next().unwrap_or_default();
-        add_few_polygons(scattered, hits, lights, fields, methods);
+        let sides = |light: &Light| match light.polygon.sides() {
+            Sides::Front => Some(Vec3::from(<[f32; 3]>::from(light.polygon.normal()))),
+            Sides::Both => None,
+        };
+        let sides: Vec<_> = lights.iter().map(sides).collect();
+        let visible = visibility.trace(hits, i * LIGHTS_AT_ONCE, &sides);
+        add_few_polygons(scattered, hits, lights, fields, methods, visible.as_ref());
+    }
+}
+
+/// What lies between hits and lights.
+#[derive(Clone, Copy)]
+pub(super) enum Visibility<'a> {
+    /// Nothing.
+    Whole,
+    /// The scene's surfaces.
+    Traced {
+        geometry: &'a Geometry,
+        scene: &'a Scene,
+        /// Of all lights.
+        targets: &'a LightTargets,
+        is_cancelled: &'a dyn Fn() -> bool,
+    },
+}
+
+impl Visibility<'_> {
+    /// For as many lights as there are `sides`, from the `first` on.
+    fn trace(&self, hits: &Hits, first: usize, sides: &[Option<Vec3>]) -> Option<Visible> {
+        let Self::Traced {
+            geometry,
+            scene,
+            targets,
+            is_cancelled,
+        } = *self
+        else {
+            return None;
+        };
+        let of_light = |light: usize| {
+            let start = light * targets.per_light;
+            targets.points[start..start + targets.per_light].to_vec()
+        };
+        let targets: Vec<_> = (first..first + sides.len()).map(of_light).collect();
+        Some(Visible::trace(
+            geometry,
+            scene,
+            hits,
+            &targets,
+            sides,
+            is_cancelled,
+        ))
+    }
+}
+
+/// Adds what each hit scatters of virtual points.
+pub(super) fn add_virtual_points(
+    scattered: &mut [Scattered],
+    hits: &Hits,
+    points: &[VirtualPoint],
+    specular: SpecularMethod,
+    visibility: Visibility<'_>,
+) {
+    for (i, points) in points.chunks(LIGHTS_AT_ONCE).enumerate() {
+        let sides: Vec<_> = points.iter().map(|point| Some(point.normal)).collect();
+        let visible = visibility.trace(hits, i * LIGHTS_AT_ONCE, &sides);
+        for (hit, (lobes, scattered)) in (0..).zip(hits.lobes().iter().zip(&mut *scattered)) {
+            let mut sum = Scattered::default();
+            for (light, point) in points.iter().enumerate() {
+                let Some((towards, irradiance)) = point.at(lobes.position) else {
+                    continue;
+                };
+                let share = visible
+                    .as_ref()
+                    .map_or(1.0, |visible| visible.share(hit, light));
+                sum += lobes.evaluate_by(towards, specular) * (irradiance * share);
+            }
+            *scattered += sum;
+        }
     }
 }
 
@@ -61,6 +141,7 @@ fn add_few_polygons(
         specular,
         images,
     }: Methods,
+    visible: Option<&Visible>,
 ) {
     for (surfaces, method) in [
         (&hits.irradiance, diffuse),
@@ -68,7 +149,7 @@ fn add_few_polygons(
     ] {
         if !surfaces.is_empty() {
             let sums = dispatch!(Level::new(), simd => {
-                irradiance(simd, surfaces, lights, method, images)
+                irradiance(simd, surfaces, lights, method, images, visible)
             });
             for (i, &(hit, weight)) in surfaces.entries().iter().enumerate() {
                 scattered[hit as usize] += weight * at(&sums, i);
@@ -77,7 +158,7 @@ fn add_few_polygons(
     }
     for fitted in hits.fitted.iter().filter(|batch| !batch.is_empty()) {
         let sums = dispatch!(Level::new(), simd => {
-            form_factors(simd, fitted, lights, images, isotropic)
+            form_factors(simd, fitted, lights, images, isotropic, visible)
         });
         for (i, &(hit, weight)) in fitted.entries().iter().enumerate() {
             scattered[hit as usize] += weight * at(&sums, i);
@@ -86,7 +167,7 @@ fn add_few_polygons(
     let fitted = &hits.fitted_anisotropic;
     if !fitted.is_empty() {
         let sums = dispatch!(Level::new(), simd => {
-            form_factors(simd, fitted, lights, images, anisotropic)
+            form_factors(simd, fitted, lights, images, anisotropic, visible)
         });
         for (i, &(hit, weight)) in fitted.entries().iter().enumerate() {
             scattered[hit as usize] += weight * at(&sums, i);
@@ -96,7 +177,7 @@ fn add_few_polygons(
         && !hits.rough.is_empty()
     {
         let [single, multiple] = dispatch!(Level::new(), simd => {
-            rough_responses(simd, &hits.rough, lights, occlusion, images)
+            rough_responses(simd, &hits.rough, lights, occlusion, images, visible)
         });
         for (i, &(hit, weights)) in hits.rough.entries().iter().enumerate() {
             scattered[hit as usize].diffuse +=
@@ -107,7 +188,7 @@ fn add_few_polygons(
     let direct = isotropic.chain([(&hits.direct_anisotropic, true)]);
     for (direct, anisotropic) in direct.filter(|(batch, _)| !batch.is_empty()) {
         let [whole, schlick] = dispatch!(Level::new(), simd => {
-            responses(simd, direct, lights, fields, specular, images, anisotropic)
+            responses(simd, direct, lights, fields, specular, images, anisotropic, visible)
         });
         for (i, &(hit, [f0, f90])) in direct.entries().iter().enumerate() {
             let (whole, schlick) = (at(&whole, i), at(&schlick, i));
@@ -119,7 +200,7 @@ fn add_few_polygons(
             continue;
         };
         let [point, normal] = [lobes.position, lobes.normal].map(vector);
-        for light in lights {
+        for (i, light) in lights.iter().enumerate() {
             // A sheen has no mirror direction: whatever the method, all light comes from the
             // light vector's.
             let seen = light_direction(&light.polygon, point, normal, LocalOcclusion::Exact);
@@ -129,8 +210,9 @@ fn add_few_polygons(
                 let mean = BY_SOLID_ANGLE.mean_image(&light.polygon, image, point, normal, images);
                 Vec3::from(mean)
             });
+            let share = visible.map_or(1.0, |visible| visible.share(*hit, i));
             scattered[*hit as usize].specular +=
-                response * Vec3::from(light.radiance) * shown * seen.solid_angle;
+                response * Vec3::from(light.radiance) * shown * (seen.solid_angle * share);
         }
     }
 }
@@ -182,6 +264,7 @@ fn irradiance<S: Simd>(
     lights: &[Light],
     method: DiffuseMethod,
     images: ImageMethod,
+    visible: Option<&Visible>,
 ) -> Sums {
     let mut sums = surfaces.dark();
     surfaces.for_each_packet::<S>(
@@ -190,8 +273,9 @@ fn irradiance<S: Simd>(
             let point = surfaces.vectors(simd, 0, start);
             let normal = surfaces.vectors(simd, 3, start);
             let mut sum = [Lanes::splat(simd, 0.0); 3];
-            for light in lights {
+            for (i, light) in lights.iter().enumerate() {
                 let irradiance = method.irradiance(&light.polygon, point, normal);
+                let irradiance = as_seen(simd, irradiance, visible, surfaces.entries(), start, i);
                 let radiance = radiance(
                     light,
                     irradiance,
@@ -204,6 +288,22 @@ fn irradiance<S: Simd>(
         },
     );
     sums
+}
+
+/// A response, as far as its light is seen.
+#[inline(always)]
+fn as_seen<S: Simd, W>(
+    simd: S,
+    response: Lanes<S>,
+    visible: Option<&Visible>,
+    entries: &[(u32, W)],
+    start: usize,
+    light: usize,
+) -> Lanes<S> {
+    match visible {
+        Some(visible) => response * visible.lanes(simd, entries, start, light),
+        None => response,
+    }
 }
 
 /// The lobes of one packet.
@@ -249,6 +349,7 @@ fn form_factors<S: Simd, const N: usize>(
     lights: &[Light],
     images: ImageMethod,
     prepare: impl Fn(S, &Batch<N, Scattered>, usize) -> PreparedLtc<Lanes<S>>,
+    visible: Option<&Visible>,
 ) -> Sums {
     let mut sums = lobes.dark();
     lobes.for_each_packet::<S>(
@@ -257,8 +358,9 @@ fn form_factors<S: Simd, const N: usize>(
             let point = lobes.vectors(simd, 0, start);
             let prepared = prepare(simd, lobes, start);
             let mut sum = [Lanes::splat(simd, 0.0); 3];
-            for light in lights {
+            for (i, light) in lights.iter().enumerate() {
                 let form_factor = ltc_form_factor(&light.polygon, point, &prepared);
+                let form_factor = as_seen(simd, form_factor, visible, lobes.entries(), start, i);
                 let radiance = radiance(
                     light,
                     form_factor,
@@ -282,6 +384,7 @@ fn rough_responses<S: Simd>(
     lights: &[Light],
     occlusion: LocalOcclusion,
     images: ImageMethod,
+    visible: Option<&Visible>,
 ) -> [Sums; 2] {
     let (mut all_single, mut all_multiple) = (surfaces.dark(), surfaces.dark());
     surfaces.for_each_packet::<S>(
@@ -293,8 +396,10 @@ fn rough_responses<S: Simd>(
             let roughness = surfaces.lanes(simd, 9, start);
             let mut single = [Lanes::splat(simd, 0.0); 3];
             let mut multiple = single;
-            for light in lights {
-                let seen = light_direction(&light.polygon, point, normal, occlusion);
+            for (i, light) in lights.iter().enumerate() {
+                let mut seen = light_direction(&light.polygon, point, normal, occlusion);
+                let entries = surfaces.entries();
+                seen.solid_angle = as_seen(simd, seen.solid_angle, visible, entries, start, i);
                 let once = eon_single_cosine(roughness, normal, view, seen.direction);
                 let more = eon_multiple_cosine(roughness, normal, view, seen.direction);
                 let radiance = radiance(
@@ -327,6 +432,7 @@ fn responses<S: Simd>(
     method: SpecularMethod,
     images: ImageMethod,
     anisotropic: bool,
+    visible: Option<&Visible>,
 ) -> [Sums; 2] {
     let (mut all_whole, mut all_schlick) = (lobes.dark(), lobes.dark());
     lobes.for_each_packet::<S>(
@@ -341,8 +447,9 @@ fn responses<S: Simd>(
                 SpecularMethod::None | SpecularMethod::Ltc { .. } => {}
                 SpecularMethod::ReflectedInclusion(rule) => {
                     let weight = schlick_weight(normal.dot(view));
-                    for light in lights {
+                    for (i, light) in lights.iter().enumerate() {
                         let inside = reflected_inclusion(&light.polygon, point, normal, view, rule);
+                        let inside = as_seen(simd, inside, visible, lobes.entries(), start, i);
                         let radiance = radiance(
                             light,
                             inside,
@@ -362,11 +469,12 @@ fn responses<S: Simd>(
                     let alpha = lobes.lanes(simd, 12, start) * lobes.lanes(simd, 13, start);
                     let alpha = alpha.sqrt();
                     let spread = alpha * alpha.constant(DISTANCE_FIELD_SPREAD);
-                    for (light, &field) in lights.iter().zip(fields) {
+                    for (i, (light, &field)) in lights.iter().zip(fields).enumerate() {
                         let polygon = &light.polygon;
                         let near = reflected_distance(
                             polygon, field, point, normal, view, alpha, smoothness,
                         );
+                        let near = as_seen(simd, near, visible, lobes.entries(), start, i);
                         let radiance = radiance(
                             light,
                             near,
@@ -381,9 +489,12 @@ fn responses<S: Simd>(
                     let tangent = lobes.vectors(simd, 9, start);
                     let bitangent = normal.cross(tangent);
                     let alpha = [lobes.lanes(simd, 12, start), lobes.lanes(simd, 13, start)];
-                    for light in lights {
-                        let seen =
+                    for (i, light) in lights.iter().enumerate() {
+                        let mut seen =
                             light_direction(&light.polygon, point, normal, LocalOcclusion::Exact);
+                        let entries = lobes.entries();
+                        seen.solid_angle =
+                            as_seen(simd, seen.solid_angle, visible, entries, start, i);
                         let towards = seen.direction;
                         let response = if anisotropic {
                             ggx_anisotropic_cosine(alpha, tangent, bitangent, normal, view, towards)
@@ -419,21 +530,21 @@ fn schlick_weight<T: Real>(cosine: T) -> T {
     lumigon::schlick(cosine.constant(0.0), cosine)
 }
 
-/// Adds what each hit scatters of a light without extent, unshadowed.
+/// Adds what each hit scatters of a light without extent, as far as it is visible.
 pub(super) fn add_punctual(
     scattered: &mut [Scattered],
     hits: &Hits,
     light: &PunctualLight,
     specular: SpecularMethod,
+    is_visible: impl Fn(Vec3, Vec3, f32) -> bool,
 ) {
     for (lobes, scattered) in hits.lobes().iter().zip(scattered) {
-        let Some((towards, _, irradiance)) = light.at(lobes.position) else {
+        let Some((towards, distance, irradiance)) = light.at(lobes.position) else {
             continue;
         };
-        let mut response = lobes.evaluate(towards);
-        if specular == SpecularMethod::None {
-            response.specular = Vec3::ZERO;
+        let response = lobes.evaluate_by(towards, specular);
+        if !response.is_black() && is_visible(lobes.position, towards, distance) {
+            *scattered += response * irradiance;
         }
-        *scattered += response * irradiance;
     }
 }

@@ -1,0 +1,86 @@
+//! How much of each light a hit sees.
+
+use fearless_simd::Simd;
+use glam::Vec3;
+use lumigon::Lanes;
+
+use super::geometry::Geometry;
+use super::hits::Hits;
+use crate::scene::Scene;
+
+/// Most lanes a processor has.
+const MOST_LANES: usize = 16;
+
+/// For each hit and light the share of the light's targets that nothing hides.
+pub(super) struct Visible {
+    lights: usize,
+    /// Hit after hit.
+    shares: Vec<f32>,
+}
+
+impl Visible {
+    /// One ray for each hit and target; `targets` are those of each light, `sides` the normals of
+    /// lights that emit from one side.
+    ///
+    /// Targets below a hit's horizon are not asked for: what is left of their lights above it counts
+    /// as seen.
+    pub(super) fn trace(
+        geometry: &Geometry,
+        scene: &Scene,
+        hits: &Hits,
+        targets: &[Vec<Vec3>],
+        sides: &[Option<Vec3>],
+        is_cancelled: &dyn Fn() -> bool,
+    ) -> Self {
+        let mut shares = Vec::with_capacity(hits.lobes().len() * targets.len());
+        for lobes in hits.lobes() {
+            if is_cancelled() {
+                shares.resize(hits.lobes().len() * targets.len(), 0.0);
+                break;
+            }
+            let normal = lobes.normal;
+            for (targets, side) in targets.iter().zip(sides) {
+                let (mut asked, mut seen) = (0, 0);
+                for &target in targets {
+                    let offset = target - lobes.position;
+                    let is_behind = side.is_some_and(|side| offset.dot(side) >= 0.0);
+                    if is_behind || !(offset.dot(normal) > 0.0) {
+                        continue;
+                    }
+                    asked += 1;
+                    seen += i32::from(!geometry.between(scene, lobes.position, target));
+                }
+                shares.push(if asked > 0 {
+                    seen as f32 / asked as f32
+                } else {
+                    1.0
+                });
+            }
+        }
+        Self {
+            lights: targets.len(),
+            shares,
+        }
+    }
+
+    /// Of one hit.
+    pub(super) fn share(&self, hit: u32, light: usize) -> f32 {
+        self.shares[hit as usize * self.lights + light]
+    }
+
+    /// Of the hits of one packet; lanes without a hit see nothing.
+    #[inline(always)]
+    pub(super) fn lanes<S: Simd, W>(
+        &self,
+        simd: S,
+        entries: &[(u32, W)],
+        start: usize,
+        light: usize,
+    ) -> Lanes<S> {
+        let mut shares = [0.0; MOST_LANES];
+        for (share, (hit, _)) in shares.iter_mut().zip(&entries[start..]) {
+            *share = self.shares[*hit as usize * self.lights + light];
+        }
+        Lanes::from_slice(simd, &shares)
+    }
+}
