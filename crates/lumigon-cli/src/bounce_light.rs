@@ -3,8 +3,9 @@
 use clap::{Args, ValueEnum};
 use lumigon_renderer::{
     BounceCenters, BounceMethod, BounceSettings, BounceVisibility, MAXIMUM_BOUNCES,
-    MAXIMUM_FACE_SIZE, MAXIMUM_VIRTUAL_LIGHTS, VirtualLightKind,
+    MAXIMUM_FACE_SIZE, MAXIMUM_VIRTUAL_LIGHTS, ReferenceSettings, VirtualLightKind,
 };
+use serde::Serialize;
 
 use crate::Failure;
 
@@ -44,6 +45,51 @@ pub(crate) enum Visibility {
     None,
     /// Surfaces: one ray to each virtual light
     Traced,
+}
+
+/// What surfaces block in a path-traced single bounce: errors of sampling and of visibility are told
+/// apart by which of them a method is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Blocking {
+    /// Nothing: what virtual lights without visibility tend to.
+    Nothing,
+    /// What surfaces reflect, not what lights emit: what traced virtual lights tend to.
+    Bounces,
+    /// All light: the truth.
+    All,
+}
+
+impl Blocking {
+    pub(crate) const ALL: [Self; 3] = [Self::Nothing, Self::Bounces, Self::All];
+
+    /// Its name in file names.
+    pub(crate) fn id(self) -> &'static str {
+        match self {
+            Self::Nothing => "bounce-unblocked",
+            Self::Bounces => "bounce-blocked",
+            Self::All => "bounce-shadowed",
+        }
+    }
+
+    pub(crate) fn title(self) -> &'static str {
+        match self {
+            Self::Nothing => "Bounce light that nothing blocks",
+            Self::Bounces => "Bounce light that surfaces block, not the lights' own",
+            Self::All => "Bounce light, all of it shadowed",
+        }
+    }
+
+    /// The light of exactly one reflection before the surface that is seen.
+    pub(crate) fn single_bounce(self, settings: ReferenceSettings) -> ReferenceSettings {
+        ReferenceSettings {
+            bounces: 2,
+            shadows: self == Self::All,
+            direct: false,
+            bounce_shadows: self != Self::Nothing,
+            ..settings
+        }
+    }
 }
 
 /// Light that surfaces reflect onto others.
@@ -204,6 +250,9 @@ impl BounceLight {
                 "--bounce-from places cube maps: --bounce-method rsm looks from the lights";
             return Some(message.to_owned());
         }
+        if method == Method::Rsm && self.bounces() > 1 {
+            return Some("--bounce-method rsm knows one bounce: leave --bounce 1".to_owned());
+        }
         if self.virtual_clamp.is_some() && self.virtual_kind != Some(Kind::Point) {
             return Some("--virtual-clamp is of use with --virtual point only".to_owned());
         }
@@ -219,14 +268,16 @@ fn first_given(flags: impl IntoIterator<Item = (&'static str, bool)>) -> Option<
     given.next().map(|(flag, _)| flag)
 }
 
-fn clamp(text: &str) -> Result<f32, String> {
+/// A distance of [`VirtualLightKind::Point`].
+pub(crate) fn clamp(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(distance) if distance > 0.0 && f32::is_finite(distance) => Ok(distance),
         _ => Err("give a distance, more than 0".to_owned()),
     }
 }
 
-fn centers(text: &str) -> Result<BounceCenters, String> {
+/// Places of cube maps.
+pub(crate) fn centers(text: &str) -> Result<BounceCenters, String> {
     match text {
         "camera" => return Ok(BounceCenters::Camera),
         "scene" => return Ok(BounceCenters::Scene(SCENE_CENTERS)),

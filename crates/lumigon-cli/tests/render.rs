@@ -305,7 +305,7 @@ fn contradictions_are_refused_before_anything_is_read() {
             "-o {out}/a.png --bounce 1 --no-cluster --virtual-lights 9",
             "--no-cluster",
         ),
-        ("-o {out}/a.png --bounce 1 --cube-size 1025", "1024"),
+        ("-o {out}/a.png --bounce 1 --cube-size 513", "512"),
         (
             "-o {out}/a.png --bounce 1 --virtual-lights 0",
             "--virtual-lights",
