@@ -131,7 +131,7 @@ mod tests {
             assert_eq!(map.texel_towards(center), Some(index));
             // Counter-clockwise seen from inside.
             for k in 0..4 {
-                let side = corners[k].cross(corners[(k + 1) % 4]);
+                let side = corners[(k + 1) % 4].cross(corners[k]);
                 assert!(side.dot(center) > 0.0, "{index}");
             }
         }

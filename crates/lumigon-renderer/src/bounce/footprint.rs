@@ -160,7 +160,7 @@ pub(super) fn footprint(
     }
     let mut seen = Convex::square(frame.flat(position), half_side);
     for k in 0..4 {
-        let side = corners[k].cross(corners[(k + 1) % 4]);
+        let side = corners[(k + 1) % 4].cross(corners[k]);
         let (slope_x, slope_y) = (side.dot(frame.x), side.dot(frame.y));
         let constant = side.dot(frame.origin - eye);
         seen = seen.clipped(|p| constant + p.x * slope_x + p.y * slope_y);

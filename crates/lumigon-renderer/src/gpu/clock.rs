@@ -1,6 +1,5 @@
 //! How long passes take, by the device's own clock.
 
-use super::GpuTimings;
 use super::device::Gpu;
 use super::scene_buffers::FRAMES;
 
@@ -49,13 +48,23 @@ impl Clock {
         })
     }
 
-    pub(super) fn visibility(&self, frame: usize) -> wgpu::RenderPassTimestampWrites<'_> {
-        let first = STAMPS * frame as u32;
+    /// The `pass`th render pass of a submission.
+    fn raster(&self, pass: usize) -> wgpu::RenderPassTimestampWrites<'_> {
+        let first = 2 * pass as u32;
         wgpu::RenderPassTimestampWrites {
             query_set: &self.queries,
             beginning_of_pass_write_index: Some(first),
             end_of_pass_write_index: Some(first + 1),
         }
+    }
+
+    /// A cube map's face, of a submission of nothing else.
+    pub(super) fn face(&self, face: usize) -> wgpu::RenderPassTimestampWrites<'_> {
+        self.raster(face)
+    }
+
+    pub(super) fn visibility(&self, frame: usize) -> wgpu::RenderPassTimestampWrites<'_> {
+        self.raster(2 * frame)
     }
 
     pub(super) fn shading(&self, frame: usize) -> wgpu::ComputePassTimestampWrites<'_> {
@@ -73,25 +82,45 @@ impl Clock {
         encoder: &mut wgpu::CommandEncoder,
         frames: usize,
     ) -> wgpu::BufferSlice<'_> {
-        let count = STAMPS * frames as u32;
+        self.resolve(encoder, STAMPS * frames as u32)
+    }
+
+    /// The same of a cube map's faces.
+    pub(super) fn finish_faces(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        faces: usize,
+    ) -> wgpu::BufferSlice<'_> {
+        self.resolve(encoder, 2 * faces as u32)
+    }
+
+    fn resolve(&self, encoder: &mut wgpu::CommandEncoder, count: u32) -> wgpu::BufferSlice<'_> {
         encoder.resolve_query_set(&self.queries, 0..count, &self.resolved, 0);
         let bytes = u64::from(count) * 8;
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.read, 0, bytes);
         self.read.slice(..bytes)
     }
 
-    /// The time of all frames whose stamps were read.
-    pub(super) fn timings(&self, bytes: &[u8]) -> GpuTimings {
-        let mut timings = GpuTimings::default();
-        for frame in bytes
-            .as_chunks::<{ size_of::<[u64; STAMPS as usize]>() }>()
-            .0
-        {
-            let stamps: [u64; STAMPS as usize] = bytemuck::pod_read_unaligned(frame);
+    /// Milliseconds of visibility and of shading of all frames whose stamps were read.
+    pub(super) fn frames(&self, bytes: &[u8]) -> [f64; 2] {
+        let passes = self.passes(bytes);
+        let every_other = |first| passes.iter().skip(first).step_by(2).sum();
+        [every_other(0), every_other(1)]
+    }
+
+    /// Milliseconds of all faces whose stamps were read.
+    pub(super) fn faces(&self, bytes: &[u8]) -> f64 {
+        self.passes(bytes).iter().sum()
+    }
+
+    /// Milliseconds of each pass.
+    fn passes(&self, bytes: &[u8]) -> Vec<f64> {
+        let (passes, _) = bytes.as_chunks::<{ size_of::<[u64; 2]>() }>();
+        let passes = passes.iter().map(|pass| {
+            let [begin, end]: [u64; 2] = bytemuck::pod_read_unaligned(pass);
             // Clocks of some drivers run backwards.
-            timings.visibility += stamps[1].saturating_sub(stamps[0]) as f64 * self.tick;
-            timings.shading += stamps[3].saturating_sub(stamps[2]) as f64 * self.tick;
-        }
-        timings
+            end.saturating_sub(begin) as f64 * self.tick
+        });
+        passes.collect()
     }
 }

@@ -1,7 +1,6 @@
 //! What a picture's tiles are rendered with.
 
 use super::device::Gpu;
-use super::lighting::Lighting;
 use super::shading::{PIXEL, Shading, Sums};
 use super::tile::Tile;
 use super::visibility::Canvas;
@@ -17,14 +16,14 @@ pub(super) struct Equipment {
 
 impl Equipment {
     /// For tiles of at most so many pixels across and down.
-    pub(super) fn new(gpu: &Gpu, shading: &Shading, lighting: &Lighting, tile: [u32; 2]) -> Self {
+    pub(super) fn new(gpu: &Gpu, shading: &Shading, tile: [u32; 2]) -> Self {
         let pixels = u64::from(tile[0]) * u64::from(tile[1]);
         let canvas = Canvas::new(gpu, tile);
         Equipment {
             tile,
             ids: shading.ids(gpu, &canvas.ids),
             canvas,
-            sums: shading.sums(gpu, lighting, pixels),
+            sums: Sums::new(gpu, pixels),
             read: gpu.device().create_buffer(&wgpu::BufferDescriptor {
                 label: Some("read pixels"),
                 size: 3 * pixels * PIXEL,

@@ -2,10 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::mem::offset_of;
-use std::ops::Range;
 use std::sync::OnceLock;
 
-use bytemuck::{Pod, Zeroable};
 use lumigon::{ImageMethod, SpecularMethod};
 use lumigon_wgpu::{
     CLUSTER_LIGHTS, ClusterRecord, ImageColors, Light, LightBuffers, ReplaceImageError,
@@ -15,9 +13,11 @@ use lumigon_wgpu::{
 use super::device::Gpu;
 use super::distance_fields::FieldCache;
 use super::error::GpuError;
+use super::light_set::{LightSet, PunctualRecord};
+use super::parts::Part;
 use crate::prepared_lights::PreparedLights;
 use crate::render::{RenderError, RenderSettings};
-use crate::scene::{EmissivePolygon, PunctualKind, PunctualLight, Texture};
+use crate::scene::{EmissivePolygon, PunctualLight, Texture};
 
 /// Polygon lights with their tables, and lights without extent.
 pub(super) struct Lighting {
@@ -33,52 +33,11 @@ pub(super) struct Lighting {
     /// The same lights with the levels of the conventional lookup, made when it is asked for.
     conventional: OnceLock<LightBuffers>,
     /// Of [`ClusterRecord`]s.
-    pub(super) clusters: wgpu::Buffer,
-    pub(super) punctual: wgpu::Buffer,
-    pub(super) punctual_count: u32,
+    clusters: wgpu::Buffer,
+    punctual: wgpu::Buffer,
+    punctual_count: u32,
     fields: FieldCache,
     pub(super) warnings: Vec<String>,
-}
-
-/// `PunctualLight` of `punctual.wesl`, field by field.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub(super) struct PunctualRecord {
-    pub(super) position: [f32; 3],
-    pub(super) kind: u32,
-    pub(super) direction: [f32; 3],
-    pub(super) range: f32,
-    pub(super) color: [f32; 3],
-    pub(super) outer_cosine: f32,
-    pub(super) cone_scale: f32,
-    pub(super) padding: [u32; 3],
-}
-
-impl From<&PunctualLight> for PunctualRecord {
-    fn from(light: &PunctualLight) -> Self {
-        let (kind, outer_cosine, cone_scale) = match light.kind {
-            PunctualKind::Directional => (0, 0.0, 0.0),
-            PunctualKind::Point => (1, 0.0, 0.0),
-            PunctualKind::Spot {
-                inner_cone_angle,
-                outer_cone_angle,
-            } => {
-                let (inner, outer) = (inner_cone_angle.cos(), outer_cone_angle.cos());
-                (2, outer, 1.0 / (inner - outer).max(0.001))
-            }
-        };
-        Self {
-            position: light.position.into(),
-            kind,
-            direction: light.direction.into(),
-            // 0 stands for none. Its square must not vanish.
-            range: light.range.map_or(0.0, |range| range.max(1e-18)),
-            color: light.color.into(),
-            outer_cosine,
-            cone_scale,
-            padding: [0; 3],
-        }
-    }
 }
 
 impl Lighting {
@@ -115,9 +74,26 @@ impl Lighting {
         })
     }
 
-    /// The bind group for a picture: with the distance fields and the levels of the conventional lookup
-    /// that it needs, if any.
-    pub(super) fn bind_group_for(
+    /// All of the lights, for a picture: with the distance fields and the levels of the conventional
+    /// lookup that it needs, if any.
+    pub(super) fn set(
+        &self,
+        gpu: &Gpu,
+        settings: &RenderSettings,
+    ) -> Result<LightSet<'_>, RenderError> {
+        Ok(LightSet {
+            bind_group: self.bind_group_for(gpu, settings)?,
+            clusters: &self.clusters,
+            punctual: &self.punctual,
+            polygons: &self.lights,
+            punctual_count: self.punctual_count,
+            has_images: self.has_images(),
+            with_emission: true,
+            only: None,
+        })
+    }
+
+    fn bind_group_for(
         &self,
         gpu: &Gpu,
         settings: &RenderSettings,
@@ -143,41 +119,8 @@ impl Lighting {
             })
     }
 
-    /// Edges of all polygons, as many again as they have loops, and what `taps` by `taps` taps of
-    /// images cost, in edges.
-    pub(super) fn edges(&self, taps: u32) -> u64 {
-        let taps = u64::from(taps.max(1)).pow(2);
-        let edges =
-            |light: &Light| records(light) + u64::from(light.image.is_some()) * taps * EDGES_A_TAP;
-        self.lights.iter().map(edges).sum()
-    }
-
-    /// Ranges of lights whose loops end after `most_rounds` together: `walks` over the edges of a
-    /// light, and `means` of its image by `taps` by `taps` taps.
-    pub(super) fn parts(
-        &self,
-        walks: u64,
-        means: u64,
-        taps: u32,
-        most_rounds: u64,
-    ) -> Vec<Range<u32>> {
-        let taps = u64::from(taps);
-        let rounds: Vec<u64> = self
-            .lights
-            .iter()
-            .map(|light| {
-                // A round for each record and walk, one to begin each walk, and two to find the light.
-                let plain = records(light) * walks + walks + 2;
-                // The light vector or the projection's axis once more, rows and taps.
-                let of_image = records(light) * walks + means * (taps * taps + 2 * taps + 2);
-                plain + if light.image.is_some() { of_image } else { 0 }
-            })
-            .collect();
-        parts(&rounds, most_rounds)
-    }
-
     /// Whether any light has an image.
-    pub(super) fn has_images(&self) -> bool {
+    fn has_images(&self) -> bool {
         !self.polygons.images().is_empty()
     }
 
@@ -241,13 +184,59 @@ impl Lighting {
         &self.layout
     }
 
-    /// Replaces the polygons. Returns whether bind groups of the clusters have to be made anew.
+    /// The polygons, sorted by place.
+    pub(super) fn polygons(&self) -> &[Light] {
+        &self.lights
+    }
+
+    /// One light: polygons are counted first, in the scene's order, then those without extent.
+    pub(super) fn part_of(&self, light: usize) -> Part {
+        let count = self.lights.len();
+        let mut places: Vec<usize> = (0..count).collect();
+        places.sort_by_key(|&place| self.sources[place]);
+        let one = |place: usize| place as u32..place as u32 + 1;
+        match places.get(light) {
+            Some(&place) => Part {
+                polygons: one(place),
+                punctual: 0..0,
+            },
+            None => Part {
+                polygons: 0..0,
+                punctual: one(light - count),
+            },
+        }
+    }
+
+    /// A list of lights, polygons counted first and as they are sorted here, in the order that
+    /// [`Lighting::part_of`] counts them in.
+    pub(super) fn in_order_of_the_scene<T>(&self, list: Vec<(usize, T)>) -> Vec<(usize, T)> {
+        let mut sorted = self.sources.clone();
+        sorted.sort_unstable();
+        let rank = |place: usize| match self.sources.get(place) {
+            // Each source is there once.
+            Some(source) => sorted.partition_point(|other| other < source),
+            None => place,
+        };
+        let mut list: Vec<_> = list
+            .into_iter()
+            .map(|(place, item)| (rank(place), item))
+            .collect();
+        list.sort_by_key(|&(light, _)| light);
+        list
+    }
+
+    /// The tables that all lights share.
+    pub(super) fn tables(&self) -> &Tables {
+        &self.tables
+    }
+
+    /// Replaces the polygons.
     pub(super) fn set_polygons(
         &mut self,
         gpu: &Gpu,
         polygons: &[EmissivePolygon],
         textures: &[Texture],
-    ) -> Result<bool, GpuError> {
+    ) -> Result<(), GpuError> {
         let (device, queue) = (gpu.device(), gpu.queue());
         let PreparedLights {
             lights,
@@ -260,8 +249,7 @@ impl Lighting {
             self.bind_group =
                 lumigon_wgpu::bind_group(device, &self.layout, &self.polygons, &self.tables);
         }
-        let grows = bytes.len() as u64 > self.clusters.size();
-        if grows {
+        if bytes.len() as u64 > self.clusters.size() {
             self.clusters = gpu.storage("light clusters", &records)?;
         } else {
             queue.write_buffer(&self.clusters, 0, bytes);
@@ -272,12 +260,9 @@ impl Lighting {
         self.replaced.clear();
         self.conventional = OnceLock::new();
         self.warnings = warnings;
-        Ok(grows)
+        Ok(())
     }
 }
-
-/// Edges that one tap of an image costs as much as, about.
-const EDGES_A_TAP: u64 = 4;
 
 /// Colours of an image, kept.
 enum Replaced {
@@ -330,61 +315,5 @@ fn prepared(lights: &[EmissivePolygon], textures: &[Texture]) -> PreparedLights 
         lights,
         sources,
         warnings,
-    }
-}
-
-/// Vertex records of a light.
-fn records(light: &Light) -> u64 {
-    (light.polygon.vertex_count() + light.polygon.loop_count()) as u64
-}
-
-/// Whole clusters, at least one a part; one empty part where there is no light. `rounds` are those of
-/// each light.
-fn parts(rounds: &[u64], most_rounds: u64) -> Vec<Range<u32>> {
-    let mut parts = vec![Range::default()];
-    let mut sum = 0_u64;
-    for cluster in rounds.chunks(CLUSTER_LIGHTS) {
-        let own: u64 = cluster.iter().sum();
-        let last = parts.len() - 1;
-        let place = parts[last].end;
-        if sum > 0 && sum.saturating_add(own) > most_rounds {
-            parts.push(place..place);
-            sum = 0;
-        }
-        sum += own;
-        let last = parts.len() - 1;
-        parts[last].end += cluster.len() as u32;
-    }
-    parts
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parts_are_all_lights_in_clusters() {
-        // Quads walked twice, and among them a polygon of 1,000 vertices.
-        let mut rounds = vec![14; 10_000];
-        rounds[77] += 2_000;
-        for most in [1, 1_000, 60_000, u64::MAX] {
-            let parts = parts(&rounds, most);
-            assert_eq!((parts[0].start, parts[parts.len() - 1].end), (0, 10_000));
-            for pair in parts.windows(2) {
-                assert_eq!(pair[0].end, pair[1].start);
-                assert!(pair[1].start % CLUSTER_LIGHTS as u32 == 0);
-            }
-            if most == u64::MAX {
-                assert_eq!(parts.len(), 1);
-            } else {
-                let least = 10_000_u64 * 14 / most.max(32 * 14);
-                assert!(
-                    (least..=2 * least + 2).contains(&(parts.len() as u64)),
-                    "{}",
-                    parts.len()
-                );
-            }
-        }
-        assert_eq!(parts(&[], 60_000), vec![Range::default()]);
     }
 }

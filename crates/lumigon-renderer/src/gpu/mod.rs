@@ -1,14 +1,18 @@
 //! The GPU backend: triangles rastered to ids, surfaces and lights in compute.
 
 mod adapter;
+mod bounce;
 mod clock;
+mod cube_faces;
 mod device;
 mod distance_fields;
 mod equipment;
 mod error;
 mod frame;
+mod light_set;
 mod lighting;
 mod methods;
+mod parts;
 mod record;
 mod renderer;
 mod scene_buffers;

@@ -1,25 +1,28 @@
 //! A scene on a device, and pictures of it.
 
-use std::ops::Range;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use lumigon_wgpu::{ImageColors, ReplaceImageError};
 
 use super::AdapterKind;
 use super::clock::Clock;
+use super::cube_faces::{FaceCanvas, FaceRaster};
 use super::device::{Gpu, Waited, lock};
 use super::equipment::Equipment;
 use super::error::GpuError;
 use super::frame::View;
+use super::light_set::{LightSet, VirtualLighting};
 use super::lighting::Lighting;
 use super::methods::Methods;
+use super::parts::{Effort, Part};
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
-use super::shading::{self, MOST_PARTS, PIXEL, Shading, ShadingRecord};
+use super::shading::{self, PIXEL, Pass, Shading, ShadingRecord};
 use super::tile::{Tile, tile_size, tiles};
 use super::visibility::Visibility;
+use crate::bounce::{Facets, VirtualLights};
 use crate::cpu::{check_size, pixel_samples};
 use crate::render::{RenderError, RenderSettings, Rendering, Watch};
-use crate::scene::{Camera, EmissivePolygon, Scene, Texture};
+use crate::scene::{Camera, EmissivePolygon, Mesh, Scene, Texture};
 
 /// Longest side of a tile, in pixels: what every device can raster.
 const LONGEST_SIDE: u32 = 2048;
@@ -44,31 +47,53 @@ const SOFTWARE_ROUNDS: u64 = 60_000;
 /// Edges of the lights that are left of many where those that add little are left out, about.
 const MOST_COUNTING_EDGES: u64 = 1000;
 
-/// How long the device worked on the last picture.
+pub(super) const NO_RAYS_TO_VIRTUAL_LIGHTS: GpuError = GpuError::NoRays {
+    what: "virtual lights",
+};
+
+/// How long the device worked on the last picture, and on the last virtual lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GpuTimings {
     /// Milliseconds of finding what each pixel sees, over all tiles and samples.
     pub visibility: f64,
     /// Milliseconds of lighting it.
     pub shading: f64,
+    /// Milliseconds of the last virtual lights' cube maps: of finding what they see, and of lighting it.
+    pub bounce: f64,
 }
 
 /// A scene on a device, ready to be rendered.
 ///
 /// Cameras and lights may change from picture to picture: nothing is built anew for them.
 pub struct GpuRenderer {
-    gpu: Gpu,
-    scene: SceneBuffers,
-    visibility: Visibility,
+    pub(super) gpu: Gpu,
+    pub(super) scene: SceneBuffers,
+    pub(super) visibility: Visibility,
     shading: Shading,
-    lighting: Lighting,
+    pub(super) lighting: Lighting,
     /// What lights' pictures are made of.
     textures: Vec<Texture>,
-    clock: Option<Clock>,
-    /// One picture at a time; what it was rendered with is kept for the next one.
-    equipment: Mutex<Option<Equipment>>,
+    /// What bounce light needs of the scene: triangles, and lights without extent.
+    pub(super) shapes: Scene,
+    pub(super) facets: OnceLock<Facets>,
+    pub(super) face_raster: OnceLock<FaceRaster>,
+    pub(super) clock: Option<Clock>,
+    /// One picture or cube map at a time.
+    pub(super) kept: Mutex<Kept>,
     timings: Mutex<Option<GpuTimings>>,
+    /// Milliseconds.
+    pub(super) bounce_time: Mutex<f64>,
     largest_tile: Option<[u32; 2]>,
+}
+
+/// What pictures and cube maps leave to the next ones.
+#[derive(Default)]
+pub(super) struct Kept {
+    pub(super) picture: Option<Equipment>,
+    /// For light on cube maps.
+    pub(super) face: Option<Equipment>,
+    pub(super) faces: Option<FaceCanvas>,
+    pub(super) virtual_lighting: Option<VirtualLighting>,
 }
 
 impl GpuRenderer {
@@ -84,6 +109,17 @@ impl GpuRenderer {
         let textures = scene.textures.clone();
         let (polygons, punctual) = (&scene.polygon_lights, &scene.punctual_lights);
         let lighting = Lighting::new(gpu, polygons, &textures, punctual)?;
+        let outline = |mesh: &Mesh| Mesh {
+            material: mesh.material,
+            positions: mesh.positions.clone(),
+            triangles: mesh.triangles.clone(),
+            ..Mesh::default()
+        };
+        let shapes = Scene {
+            meshes: scene.meshes.iter().map(outline).collect(),
+            punctual_lights: punctual.clone(),
+            ..Scene::default()
+        };
         let scene_layout = scene_buffers::layout(gpu);
         let scene = SceneBuffers::new(gpu, &scene_layout, scene)?;
         Ok(Self {
@@ -93,9 +129,13 @@ impl GpuRenderer {
             scene,
             lighting,
             textures,
+            shapes,
+            facets: OnceLock::new(),
+            face_raster: OnceLock::new(),
             clock: Clock::new(gpu),
-            equipment: Mutex::default(),
+            kept: Mutex::default(),
             timings: Mutex::default(),
+            bounce_time: Mutex::default(),
             largest_tile: None,
         })
     }
@@ -114,10 +154,7 @@ impl GpuRenderer {
     pub fn set_lights(&mut self, lights: &[EmissivePolygon]) -> Result<(), GpuError> {
         let (gpu, textures) = (self.gpu.clone(), &self.textures);
         let lighting = &mut self.lighting;
-        if gpu.guarded("lights", || lighting.set_polygons(&gpu, lights, textures))? {
-            *lock(&self.equipment) = None;
-        }
-        Ok(())
+        gpu.guarded("lights", || lighting.set_polygons(&gpu, lights, textures))
     }
 
     /// Shows another picture on the light `light` of [`Scene::polygon_lights`], in place: one colour for
@@ -157,28 +194,60 @@ impl GpuRenderer {
         settings: &RenderSettings,
         watch: Watch<'_>,
     ) -> Result<Rendering, RenderError> {
+        self.render_with_bounce(camera, settings, &VirtualLights::default(), watch)
+    }
+
+    /// The same, lit by virtual lights too. They stay on the device for the next pictures that are lit by
+    /// equal ones.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::render`], and where there are more virtual lights than the device's buffers hold.
+    pub fn render_with_bounce(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        virtual_lights: &VirtualLights,
+        watch: Watch<'_>,
+    ) -> Result<Rendering, RenderError> {
         check_size(settings.width, settings.height, settings.samples)?;
+        if virtual_lights.targets.is_some() {
+            return Err(NO_RAYS_TO_VIRTUAL_LIGHTS.into());
+        }
         let (width, height) = (settings.width, settings.height);
         let mut picture = Rendering::black(width, height)?;
         let Some(view) = View::new(camera, [width, height], self.scene.bounds) else {
             return Ok(picture);
         };
-        let mut equipment = lock(&self.equipment);
+        let mut kept = lock(&self.kept);
         *lock(&self.timings) = None;
-        let lights = self.lighting.bind_group_for(&self.gpu, settings)?;
+        let Kept {
+            picture: equipment,
+            virtual_lighting,
+            ..
+        } = &mut *kept;
+        let mut sets = Vec::new();
+        if settings.direct {
+            sets.push(self.lighting.set(&self.gpu, settings)?);
+        }
+        if !virtual_lights.is_empty() {
+            sets.push(
+                self.virtual_lighting(virtual_lighting, virtual_lights)?
+                    .set(),
+            );
+        }
         let done = self.gpu.guarded("a picture", || {
-            self.render_into(
-                &mut picture,
-                &view,
-                settings,
-                &lights,
-                watch,
-                &mut equipment,
-            )
+            self.render_into(&mut picture, &view, settings, &sets, watch, equipment)
         });
         match done {
-            Ok(Waited::Done) => Ok(picture),
-            Ok(Waited::Cancelled) => Err(RenderError::Cancelled),
+            Ok(Some([visibility, shading])) => {
+                *lock(&self.timings) = self.clock.is_some().then(|| GpuTimings {
+                    visibility,
+                    shading,
+                    bounce: *lock(&self.bounce_time),
+                });
+                Ok(picture)
+            }
+            Ok(None) => Err(RenderError::Cancelled),
             Err(fault) => {
                 *equipment = None;
                 Err(fault.into())
@@ -192,26 +261,42 @@ impl GpuRenderer {
         *lock(&self.timings)
     }
 
-    fn render_into(
+    /// The virtual lights on the device: those that were kept, if they are the same.
+    pub(super) fn virtual_lighting<'a>(
+        &self,
+        kept: &'a mut Option<VirtualLighting>,
+        lights: &VirtualLights,
+    ) -> Result<&'a VirtualLighting, GpuError> {
+        let found = match kept.take() {
+            Some(same) if same.is(lights) => same,
+            // Not both at once in memory.
+            other => {
+                drop(other);
+                let (layout, tables) = (self.lighting.layout(), self.lighting.tables());
+                self.gpu.guarded("virtual lights", || {
+                    VirtualLighting::new(&self.gpu, layout, tables, lights)
+                })?
+            }
+        };
+        Ok(kept.insert(found))
+    }
+
+    /// Milliseconds of visibility and of shading, 0 without a clock; `None` when cancelled.
+    pub(super) fn render_into(
         &self,
         picture: &mut Rendering,
         view: &View,
         settings: &RenderSettings,
-        lights: &wgpu::BindGroup,
+        sets: &[LightSet<'_>],
         watch: Watch<'_>,
         equipment: &mut Option<Equipment>,
-    ) -> Result<Waited, GpuError> {
-        let methods = Methods::new(settings, self.lighting.has_images());
-        let pipeline = self.shading.pipeline(&self.gpu, methods);
-        let taps = settings.image_method.taps();
-        let edges = self.edges(methods, taps);
-        let most_work = most_work(self.gpu.adapter().kind);
-        let parts = self.parts(methods, taps);
-        let records: Vec<_> = parts
+    ) -> Result<Option<[f64; 2]>, GpuError> {
+        let edges = sets
             .iter()
-            .map(|part| ShadingRecord::new(settings, &self.lighting, part))
-            .collect();
-        self.shading.set(&self.gpu, &records);
+            .map(|set| self.edges(set, settings))
+            .sum::<u64>();
+        let edges = edges.max(1);
+        let most_work = most_work(self.gpu.adapter().kind);
         let samples = pixel_samples(settings.samples);
         let share = 1.0 / samples.len() as f32;
         let size = [picture.width, picture.height];
@@ -225,26 +310,22 @@ impl GpuRenderer {
         });
         let equipment = match equipment {
             Some(kept) if kept.tile == largest => kept,
-            other => other.insert(Equipment::new(
-                &self.gpu,
-                &self.shading,
-                &self.lighting,
-                largest,
-            )),
+            other => other.insert(Equipment::new(&self.gpu, &self.shading, largest)),
         };
+        let passes = self.passes(sets, settings, equipment);
         let pixels = u64::from(largest[0]) * u64::from(largest[1]);
         let work = pixels.saturating_mul(edges);
         let at_once = (most_work / work).clamp(1, FRAMES as u64) as usize;
         let tiles = tiles(size, largest);
         let total = (tiles.len() * samples.len().div_ceil(at_once)) as u64;
         let mut done = 0;
-        let mut timings = self.clock.is_some().then(GpuTimings::default);
+        let mut spent = [0.0; 2];
         for tile in tiles {
             let mut batches = samples.chunks(at_once).peekable();
             let mut is_first = true;
             while let Some(batch) = batches.next() {
                 if watch.is_cancelled() {
-                    return Ok(Waited::Cancelled);
+                    return Ok(None);
                 }
                 let frames: Vec<_> = batch
                     .iter()
@@ -265,14 +346,7 @@ impl GpuRenderer {
                     }
                 }
                 for frame in 0..frames.len() {
-                    self.encode(
-                        &mut encoder,
-                        equipment,
-                        &pipeline,
-                        (lights, parts.len()),
-                        tile,
-                        frame,
-                    );
+                    self.encode(&mut encoder, equipment, &passes, tile, frame);
                 }
                 let is_last = batches.peek().is_none();
                 let mut reads = Vec::new();
@@ -287,30 +361,27 @@ impl GpuRenderer {
                 let waited = self.gpu.read(&submission, &reads, cancelled, |i, bytes| {
                     if is_last && i == 0 {
                         tile.write(bytes, picture);
-                    } else if let (Some(clock), Some(timings)) = (&self.clock, &mut timings) {
-                        let spent = clock.timings(bytes);
-                        timings.visibility += spent.visibility;
-                        timings.shading += spent.shading;
+                    } else if let Some(clock) = &self.clock {
+                        let frames = clock.frames(bytes);
+                        spent = [0, 1].map(|pass| spent[pass] + frames[pass]);
                     }
                 })?;
                 if waited == Waited::Cancelled {
-                    return Ok(waited);
+                    return Ok(None);
                 }
                 is_first = false;
                 done += 1;
                 (watch.progress)(done, total);
             }
         }
-        *lock(&self.timings) = timings;
-        Ok(Waited::Done)
+        Ok(Some(spent))
     }
 
     fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         equipment: &Equipment,
-        pipeline: &wgpu::ComputePipeline,
-        (lights, parts): (&wgpu::BindGroup, usize),
+        passes: &[Pass],
         tile: Tile,
         frame: usize,
     ) {
@@ -324,42 +395,63 @@ impl GpuRenderer {
             offset,
             stamps,
         );
-        let groups = [
-            lights,
-            &self.scene.bind_group,
-            &equipment.sums.bind_group,
-            &equipment.ids,
-        ];
+        let groups = [&self.scene.bind_group, &equipment.ids];
         let stamps = self.clock.as_ref().map(|clock| clock.shading(frame));
-        shading::encode(encoder, pipeline, groups, offset, parts, tile.size, stamps);
+        shading::encode(encoder, passes, groups, offset, tile.size, stamps);
+    }
+
+    /// What adds the sets of lights to a tile, in their parts, which are on the device from now on.
+    fn passes(
+        &self,
+        sets: &[LightSet<'_>],
+        settings: &RenderSettings,
+        equipment: &Equipment,
+    ) -> Vec<Pass> {
+        let mut records = Vec::new();
+        let mut passes = Vec::new();
+        for set in sets {
+            let methods = Methods::new(settings, set.has_images);
+            let first = records.len();
+            let parts = self.parts(set, methods, settings.image_method.taps());
+            records.extend(
+                (0..).zip(&parts).map(|(i, part)| {
+                    ShadingRecord::new(settings, part, set.with_emission && i == 0)
+                }),
+            );
+            passes.push(Pass {
+                pipeline: self.shading.pipeline(&self.gpu, methods),
+                lights: set.bind_group.clone(),
+                sums: self.shading.bind_group(&self.gpu, set, &equipment.sums),
+                parts: first..records.len(),
+            });
+        }
+        self.shading.set(&self.gpu, &records);
+        passes
     }
 
     /// The lights in parts that one dispatch each adds.
-    fn parts(&self, methods: Methods, taps: u32) -> Vec<Range<u32>> {
-        let walks = methods.walks(self.scene.features);
-        let means = methods.image_means(self.scene.features);
-        let mut most_rounds = if self.gpu.adapter().is_software() {
+    fn parts(&self, set: &LightSet<'_>, methods: Methods, taps: u32) -> Vec<Part> {
+        let effort = Effort {
+            walks: methods.walks(self.scene.features),
+            means: methods.image_means(self.scene.features),
+            taps,
+        };
+        let most_rounds = if self.gpu.adapter().is_software() {
             SOFTWARE_ROUNDS
         } else {
             u64::MAX
         };
-        loop {
-            let parts = self.lighting.parts(walks, means, taps, most_rounds);
-            if parts.len() <= MOST_PARTS {
-                return parts;
-            }
-            most_rounds *= 2;
-        }
+        set.parts(effort, most_rounds)
     }
 
     /// Edges that a pixel goes through, about.
-    fn edges(&self, methods: Methods, taps: u32) -> u64 {
-        let most = if methods.culls_lights() {
+    fn edges(&self, set: &LightSet<'_>, settings: &RenderSettings) -> u64 {
+        let most = if Methods::new(settings, set.has_images).culls_lights() {
             MOST_COUNTING_EDGES
         } else {
             u64::MAX
         };
-        self.lighting.edges(taps).clamp(1, most)
+        set.edges(settings.image_method.taps(), most)
     }
 }
 

@@ -65,6 +65,7 @@ pub(super) struct SceneBuffers {
     pub(super) frames: wgpu::Buffer,
     /// Triangles by how they are drawn, as [`DRAWN`].
     pub(super) ranges: [Range<u32>; 3],
+    pub(super) order: TriangleOrder,
     pub(super) bounds: Option<(Vec3, Vec3)>,
     pub(super) features: Features,
 }
@@ -153,9 +154,34 @@ impl SceneBuffers {
             bind_group,
             frames,
             ranges: lists.ranges,
+            order: lists.order,
             bounds: scene.bounds(),
             features: Features::new(&scene.materials),
         })
+    }
+}
+
+/// Which triangle of the scene, counted over its meshes, each triangle on the device is.
+#[derive(Default)]
+pub(super) struct TriangleOrder {
+    /// The first triangle of each mesh: on the device, ascending, and of the scene.
+    starts: Vec<[u32; 2]>,
+}
+
+impl TriangleOrder {
+    fn push(&mut self, on_device: u32, of_scene: u32) {
+        // Meshes without triangles start where the next one does.
+        if self.starts.last().is_some_and(|last| last[0] == on_device) {
+            self.starts.pop();
+        }
+        self.starts.push([on_device, of_scene]);
+    }
+
+    /// The triangle of the scene.
+    pub(super) fn of_scene(&self, on_device: u32) -> u32 {
+        let after = self.starts.partition_point(|start| start[0] <= on_device);
+        let [first, of_scene] = after.checked_sub(1).map_or([0; 2], |i| self.starts[i]);
+        of_scene + (on_device - first)
     }
 }
 
@@ -164,6 +190,7 @@ impl SceneBuffers {
 struct Lists {
     triangles: Vec<TriangleRecord>,
     ranges: [Range<u32>; 3],
+    order: TriangleOrder,
     positions: Vec<[f32; 4]>,
     meshes: Vec<MeshRecord>,
     attributes: Vec<f32>,
@@ -186,8 +213,12 @@ impl Lists {
         check("vertex attributes", numbers, 4, limit)?;
 
         let mut lists = Self::default();
+        let mut before = Vec::new();
+        let mut triangles = 0;
         for mesh in &scene.meshes {
             lists.push_vertices(mesh);
+            before.push(triangles);
+            triangles += mesh.triangles.len() as u32;
         }
         for (range, drawn) in DRAWN.iter().enumerate() {
             let start = lists.triangles.len() as u32;
@@ -200,6 +231,9 @@ impl Lists {
                     corners: corners.map(|i| first + i),
                     mesh: index as u32,
                 });
+                lists
+                    .order
+                    .push(lists.triangles.len() as u32, before[index]);
                 lists.triangles.extend(records);
             }
             lists.ranges[range] = start..lists.triangles.len() as u32;
@@ -303,6 +337,7 @@ mod tests {
         assert_eq!(lists.ranges, [0..2, 2..3, 3..4]);
         let meshes: Vec<_> = lists.triangles.iter().map(|t| t.mesh).collect();
         assert_eq!(meshes, [1, 3, 2, 0]);
+        assert_eq!([0, 1, 2, 3].map(|i| lists.order.of_scene(i)), [1, 3, 2, 0]);
         assert_eq!(lists.triangles[1].corners, [9, 10, 11]);
         assert_eq!(
             (lists.meshes[3].first_number, lists.attributes.len()),

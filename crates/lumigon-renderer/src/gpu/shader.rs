@@ -84,7 +84,7 @@ mod tests {
     use lumigon_wgpu::ClusterRecord;
 
     use super::super::frame::FrameRecord;
-    use super::super::lighting::PunctualRecord;
+    use super::super::light_set::PunctualRecord;
     use super::super::record::{
         MaterialRecord, MeshRecord, TextureRecord, TextureUse, TriangleRecord,
     };
@@ -177,8 +177,8 @@ mod tests {
             ),
             (
                 "Shading",
-                offsets!(ShadingRecord: light_bound, bias, punctual_count, first_light, end_light,
-                    smoothness_factor, smoothness, image_taps),
+                offsets!(ShadingRecord: light_bound, bias, first_light, end_light,
+                    first_punctual, end_punctual, adds_emission, smoothness_factor, smoothness, image_taps),
             ),
             ("Cluster", offsets!(ClusterRecord: center, radius, power)),
         ] {

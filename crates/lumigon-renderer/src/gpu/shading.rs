@@ -8,8 +8,9 @@ use lumigon::SpecularMethod;
 
 use super::device::{Gpu, lock};
 use super::error::GpuError;
-use super::lighting::Lighting;
+use super::light_set::LightSet;
 use super::methods::{Methods, bias};
+use super::parts::Part;
 use super::scene_buffers::Features;
 use super::shader::{SHADE, Shader, scene_constants};
 use crate::render::RenderSettings;
@@ -23,17 +24,19 @@ const WORKGROUP: u32 = 8;
 pub(super) struct ShadingRecord {
     pub(super) light_bound: f32,
     pub(super) bias: f32,
-    pub(super) punctual_count: u32,
     pub(super) first_light: u32,
     pub(super) end_light: u32,
+    pub(super) first_punctual: u32,
+    pub(super) end_punctual: u32,
+    pub(super) adds_emission: u32,
     pub(super) smoothness_factor: f32,
     pub(super) smoothness: f32,
     pub(super) image_taps: u32,
 }
 
 impl ShadingRecord {
-    /// For these of the lights.
-    pub(super) fn new(settings: &RenderSettings, lighting: &Lighting, lights: &Range<u32>) -> Self {
+    /// For these of the lights; whether what surfaces emit is added with them.
+    pub(super) fn new(settings: &RenderSettings, part: &Part, adds_emission: bool) -> Self {
         let [smoothness_factor, smoothness] = match settings.specular {
             SpecularMethod::ReflectedDistanceField { smoothness, .. } => {
                 smoothness.factor_and_constant()
@@ -43,9 +46,11 @@ impl ShadingRecord {
         Self {
             light_bound: settings.light_bound,
             bias: bias(settings.diffuse),
-            punctual_count: lighting.punctual_count,
-            first_light: lights.start,
-            end_light: lights.end,
+            first_light: part.polygons.start,
+            end_light: part.polygons.end,
+            first_punctual: part.punctual.start,
+            end_punctual: part.punctual.end,
+            adds_emission: adds_emission.into(),
             smoothness_factor,
             smoothness,
             image_taps: settings.image_method.taps(),
@@ -56,8 +61,11 @@ impl ShadingRecord {
 /// Bytes from one record to the next: what any device aligns uniforms to.
 const RECORD_STRIDE: usize = 256;
 
-/// Most parts that lights are added in.
+/// Most parts that the lights of a set are added in.
 pub(super) const MOST_PARTS: usize = 2048;
+
+/// Most sets of lights: the scene's, and virtual ones.
+const MOST_SETS: usize = 2;
 
 /// The pipelines of a scene, one for each choice of methods that was asked for.
 pub(super) struct Shading {
@@ -73,7 +81,6 @@ pub(super) struct Shading {
 /// The light of a tile's pixels, in its parts: emitted, diffuse and specular.
 pub(super) struct Sums {
     pub(super) parts: [wgpu::Buffer; 3],
-    pub(super) bind_group: wgpu::BindGroup,
 }
 
 /// Bytes of one part of a pixel's light.
@@ -141,7 +148,7 @@ impl Shading {
             sums_layout,
             uniform: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("shading"),
-                size: (MOST_PARTS * RECORD_STRIDE) as u64,
+                size: (MOST_SETS * MOST_PARTS * RECORD_STRIDE) as u64,
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             }),
@@ -177,7 +184,7 @@ impl Shading {
         pipeline
     }
 
-    /// What the next submissions are lit with: the lights in their parts, at most [`MOST_PARTS`].
+    /// What the next submissions are lit with: the parts of all sets, one after the other.
     pub(super) fn set(&self, gpu: &Gpu, parts: &[ShadingRecord]) {
         let mut bytes = vec![0; parts.len() * RECORD_STRIDE];
         for (slot, part) in bytes.chunks_mut(RECORD_STRIDE).zip(parts) {
@@ -186,24 +193,14 @@ impl Shading {
         gpu.queue().write_buffer(&self.uniform, 0, &bytes);
     }
 
-    pub(super) fn sums(&self, gpu: &Gpu, lighting: &Lighting, pixels: u64) -> Sums {
-        let parts = ["emitted", "diffuse", "specular"].map(|label| {
-            gpu.device().create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: pixels * PIXEL,
-                usage: wgpu::BufferUsages::STORAGE
-                    | wgpu::BufferUsages::COPY_SRC
-                    | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        });
+    /// What a set of lights is added to.
+    pub(super) fn bind_group(&self, gpu: &Gpu, set: &LightSet<'_>, sums: &Sums) -> wgpu::BindGroup {
         let record = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: &self.uniform,
             offset: 0,
             size: wgpu::BufferSize::new(size_of::<ShadingRecord>() as u64),
         });
-        let inputs = [&lighting.clusters, &lighting.punctual];
-        let lists = inputs.into_iter().chain(&parts);
+        let lists = [set.clusters, set.punctual].into_iter().chain(&sums.parts);
         let entries: Vec<_> = (0..)
             .zip(
                 [record]
@@ -212,12 +209,11 @@ impl Shading {
             )
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
-        let bind_group = gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("sums"),
             layout: &self.sums_layout,
             entries: &entries,
-        });
-        Sums { parts, bind_group }
+        })
     }
 
     pub(super) fn ids(&self, gpu: &Gpu, ids: &wgpu::TextureView) -> wgpu::BindGroup {
@@ -232,14 +228,39 @@ impl Shading {
     }
 }
 
-/// Adds a sample of a tile of `size` to the sums, by so many parts of the lights; `bind_groups` are
-/// lights, scene, sums, ids.
+impl Sums {
+    /// For so many pixels.
+    pub(super) fn new(gpu: &Gpu, pixels: u64) -> Self {
+        let parts = ["emitted", "diffuse", "specular"].map(|label| {
+            gpu.device().create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: pixels * PIXEL,
+                usage: wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_SRC
+                    | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        });
+        Self { parts }
+    }
+}
+
+/// A set of lights, ready to be added.
+pub(super) struct Pass {
+    pub(super) pipeline: wgpu::ComputePipeline,
+    pub(super) lights: wgpu::BindGroup,
+    /// As [`Shading::bind_group`] makes it.
+    pub(super) sums: wgpu::BindGroup,
+    /// Indices of its parts among all that [`Shading::set`] was given.
+    pub(super) parts: Range<usize>,
+}
+
+/// Adds a sample of a tile of `size` to the sums, by all parts of the lights.
 pub(super) fn encode(
     encoder: &mut wgpu::CommandEncoder,
-    pipeline: &wgpu::ComputePipeline,
-    bind_groups: [&wgpu::BindGroup; 4],
+    passes: &[Pass],
+    [scene, ids]: [&wgpu::BindGroup; 2],
     frame_offset: u32,
-    parts: usize,
     size: [u32; 2],
     timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
 ) {
@@ -247,14 +268,15 @@ pub(super) fn encode(
         label: Some("shading"),
         timestamp_writes: timestamps,
     });
-    pass.set_pipeline(pipeline);
-    let [lights, scene, sums, ids] = bind_groups;
-    pass.set_bind_group(0, lights, &[]);
-    pass.set_bind_group(1, scene, &[frame_offset]);
-    pass.set_bind_group(3, ids, &[]);
     let [across, down] = size.map(|pixels| pixels.div_ceil(WORKGROUP));
-    for part in 0..parts {
-        pass.set_bind_group(2, sums, &[(part * RECORD_STRIDE) as u32]);
-        pass.dispatch_workgroups(across, down, 1);
+    for set in passes {
+        pass.set_pipeline(&set.pipeline);
+        pass.set_bind_group(0, &set.lights, &[]);
+        pass.set_bind_group(1, scene, &[frame_offset]);
+        pass.set_bind_group(3, ids, &[]);
+        for part in set.parts.clone() {
+            pass.set_bind_group(2, &set.sums, &[(part * RECORD_STRIDE) as u32]);
+            pass.dispatch_workgroups(across, down, 1);
+        }
     }
 }

@@ -1,0 +1,220 @@
+//! Bounce light on the GPU is the CPU's.
+
+use std::path::Path;
+use std::sync::LazyLock;
+
+use lumigon::{DistanceFieldSettings, DistanceFieldSmoothness, SpecularMethod};
+use lumigon_renderer::{
+    BounceSettings, BounceVisibility, Camera, CpuRenderer, Gpu, GpuPreference, GpuRenderer,
+    RenderSettings, Rendering, Scene, ToneMap, VirtualLightKind, VirtualLights, Watch, srgb8,
+};
+
+static GPU: LazyLock<Gpu> = LazyLock::new(|| {
+    Gpu::new(GpuPreference::Any).unwrap_or_else(|fault| panic!("these tests need a GPU: {fault}"))
+});
+
+fn load(name: &str) -> (Scene, Camera) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let scene = Scene::load(folder.join(name)).unwrap();
+    let camera = scene.cameras[0].clone();
+    (scene, camera)
+}
+
+fn small() -> RenderSettings {
+    RenderSettings {
+        width: 48,
+        height: 32,
+        samples: 2,
+        ..RenderSettings::default()
+    }
+}
+
+/// Few texels, as many lights.
+fn coarse() -> BounceSettings {
+    BounceSettings {
+        face_size: 8,
+        virtual_lights: 100,
+        ..BounceSettings::default()
+    }
+}
+
+const POINTS: VirtualLightKind = VirtualLightKind::Point {
+    least_distance: None,
+};
+
+/// Asserts that two pictures differ by a byte at most, and hardly anywhere by that, but for so many
+/// pixels, which edges cross.
+fn assert_same(name: &str, cpu: &Rendering, gpu: &Rendering, on_edges: usize) {
+    for (part, cpu, gpu) in [
+        ("emitted", &cpu.emitted, &gpu.emitted),
+        ("diffuse", &cpu.diffuse, &gpu.diffuse),
+        ("specular", &cpu.specular, &gpu.specular),
+    ] {
+        let bytes = [cpu, gpu].map(|pixels| srgb8(pixels, 0.0, ToneMap::None));
+        let mut pixels: Vec<(f64, u8)> = (0..cpu.len())
+            .map(|i| {
+                let squares = (0..3).map(|c| f64::from(cpu[i][c] - gpu[i][c]).powi(2));
+                let of_bytes = (3 * i..3 * i + 3).map(|i| bytes[0][i].abs_diff(bytes[1][i]));
+                (squares.sum(), of_bytes.max().unwrap())
+            })
+            .collect();
+        pixels.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let rest = &pixels[on_edges..];
+        let squared: f64 = rest.iter().map(|pixel| pixel.0).sum();
+        let scale: f64 = cpu.iter().flatten().map(|&x| f64::from(x).powi(2)).sum();
+        let error = (squared / scale.max(1e-30)).sqrt();
+        let worst = rest.iter().map(|pixel| pixel.1).max().unwrap();
+        assert!(
+            worst <= 1 && error <= 1e-4,
+            "{name}, {part}: bytes differ by {worst}, radiance by {error:e}"
+        );
+    }
+}
+
+fn lit(picture: &Rendering) -> usize {
+    let radiance = picture.radiance();
+    radiance.iter().filter(|pixel| **pixel != [0.0; 3]).count()
+}
+
+#[test]
+fn virtual_lights_shine_as_on_the_cpu() {
+    for name in ["cornell.glb", "materials.glb"] {
+        let (scene, camera) = load(name);
+        let cpu = CpuRenderer::new(&scene);
+        let gpu = GpuRenderer::new(&GPU, &scene).unwrap();
+        for kind in [VirtualLightKind::Polygon, POINTS] {
+            let settings = BounceSettings { kind, ..coarse() };
+            let lights = cpu
+                .virtual_lights(&camera, &settings, Watch::none())
+                .unwrap();
+            assert!(lights.len() > 10, "{}", lights.len());
+            for direct in [true, false] {
+                let settings = RenderSettings { direct, ..small() };
+                let render = |lights: &VirtualLights| {
+                    let cpu = cpu.render_with_bounce(&camera, &settings, lights, Watch::none());
+                    let gpu = gpu.render_with_bounce(&camera, &settings, lights, Watch::none());
+                    (cpu.unwrap(), gpu.unwrap())
+                };
+                let name = format!("{name}, {kind:?}, direct: {direct}");
+                let (expected, got) = render(&lights);
+                assert!(lit(&expected) > 48 * 32 / 3, "{name}");
+                assert_same(&name, &expected, &got, 12);
+                // The lights are not kept for a picture without them.
+                let (expected, got) = render(&VirtualLights::default());
+                assert_eq!(lit(&got) > 0, direct, "{name}");
+                assert_same(&name, &expected, &got, 12);
+            }
+        }
+    }
+}
+
+#[test]
+fn other_virtual_lights_take_the_place_of_those_before() {
+    let (scene, camera) = load("cornell.glb");
+    let cpu = CpuRenderer::new(&scene);
+    let gpu = GpuRenderer::new(&GPU, &scene).unwrap();
+    let lights = |virtual_lights| {
+        let settings = BounceSettings {
+            virtual_lights,
+            ..coarse()
+        };
+        cpu.virtual_lights(&camera, &settings, Watch::none())
+            .unwrap()
+    };
+    let (many, few) = (lights(100), lights(30));
+    assert!(many.len() > few.len());
+    let settings = RenderSettings {
+        direct: false,
+        ..small()
+    };
+    let render = |lights: &VirtualLights| {
+        let picture = gpu.render_with_bounce(&camera, &settings, lights, Watch::none());
+        picture.unwrap()
+    };
+    let first = render(&many);
+    let other = render(&few);
+    assert_ne!(first, other);
+    assert_eq!(render(&many), first);
+    assert_eq!(render(&many.clone()), first);
+    let expected = cpu.render_with_bounce(&camera, &settings, &few, Watch::none());
+    assert_same("few", &expected.unwrap(), &other, 12);
+}
+
+/// What adds little is left out of virtual lights as of others, and methods that know no virtual
+/// light's distance field leave its reflection out.
+#[test]
+fn methods_hold_for_virtual_lights() {
+    let (scene, camera) = load("cornell.glb");
+    let cpu = CpuRenderer::new(&scene);
+    let gpu = GpuRenderer::new(&GPU, &scene).unwrap();
+    let lights = cpu
+        .virtual_lights(&camera, &coarse(), Watch::none())
+        .unwrap();
+    let field = DistanceFieldSettings::new(16, 2.0, false).unwrap();
+    let smoothness = DistanceFieldSmoothness::default();
+    let distances = SpecularMethod::ReflectedDistanceField { field, smoothness };
+    for (specular, light_bound) in [
+        (SpecularMethod::default(), 1e-7),
+        (SpecularMethod::LightVector, 0.0),
+        (distances, 0.0),
+    ] {
+        let settings = RenderSettings {
+            specular,
+            light_bound,
+            ..small()
+        };
+        let expected = cpu.render_with_bounce(&camera, &settings, &lights, Watch::none());
+        let got = gpu.render_with_bounce(&camera, &settings, &lights, Watch::none());
+        let name = format!("{specular:?}");
+        assert_same(&name, &expected.unwrap(), &got.unwrap(), 12);
+    }
+}
+
+/// More than a software driver's shader may go through at once.
+#[test]
+fn thousands_of_virtual_lights() {
+    let (scene, camera) = load("cornell.glb");
+    let cpu = CpuRenderer::new(&scene);
+    let gpu = GpuRenderer::new(&GPU, &scene).unwrap();
+    let settings = RenderSettings {
+        width: 12,
+        height: 8,
+        samples: 1,
+        direct: false,
+        ..RenderSettings::default()
+    };
+    for (kind, face_size) in [(VirtualLightKind::Polygon, 40), (POINTS, 110)] {
+        let bounce = BounceSettings {
+            face_size,
+            kind,
+            merges: false,
+            clusters: false,
+            ..BounceSettings::default()
+        };
+        let lights = cpu.virtual_lights(&camera, &bounce, Watch::none()).unwrap();
+        // Polygons have at least five records, points one.
+        let least = if kind == POINTS { 65_536 } else { 7_000 };
+        assert!(lights.len() > least, "{kind:?}: {}", lights.len());
+        let expected = cpu.render_with_bounce(&camera, &settings, &lights, Watch::none());
+        let got = gpu.render_with_bounce(&camera, &settings, &lights, Watch::none());
+        assert_same(&format!("{kind:?}"), &expected.unwrap(), &got.unwrap(), 3);
+    }
+}
+
+#[test]
+fn what_surfaces_block_is_refused() {
+    let (scene, camera) = load("cornell.glb");
+    let cpu = CpuRenderer::new(&scene);
+    let gpu = GpuRenderer::new(&GPU, &scene).unwrap();
+    let settings = BounceSettings {
+        visibility: BounceVisibility::Traced,
+        ..coarse()
+    };
+    let lights = cpu
+        .virtual_lights(&camera, &settings, Watch::none())
+        .unwrap();
+    let fault = gpu
+        .render_with_bounce(&camera, &small(), &lights, Watch::none())
+        .unwrap_err();
+    assert!(fault.to_string().contains("block"), "{fault}");
+}
