@@ -10,6 +10,7 @@ mod cells;
 mod centers;
 mod clusters;
 mod cube_map;
+mod debug_view;
 mod facets;
 mod footprint;
 mod gather;
