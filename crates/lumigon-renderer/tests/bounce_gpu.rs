@@ -155,11 +155,7 @@ fn methods_hold_for_virtual_lights() {
     let field = DistanceFieldSettings::new(16, 2.0, false).unwrap();
     let smoothness = DistanceFieldSmoothness::default();
     let distances = SpecularMethod::ReflectedDistanceField { field, smoothness };
-    for (specular, light_bound) in [
-        (SpecularMethod::default(), 1e-7),
-        (SpecularMethod::LightVector, 0.0),
-        (distances, 0.0),
-    ] {
+    for (specular, light_bound) in [(SpecularMethod::default(), 1e-7), (distances, 0.0)] {
         let settings = RenderSettings {
             specular,
             light_bound,
@@ -272,7 +268,7 @@ fn virtual_lights_are_those_of_the_cpu() {
             kind,
             method,
             bounces,
-            face_size: 32,
+            face_size: 20,
             ..coarse()
         };
         let on_cpu = cpu
@@ -331,20 +327,17 @@ fn nothing_makes_no_lights() {
     ] {
         let gpu = GpuRenderer::new(&GPU, scene).unwrap();
         for method in [BounceMethod::CubeMap, BounceMethod::ReflectiveShadowMaps] {
-            for face_size in [1, 5] {
-                let settings = BounceSettings {
-                    method,
-                    face_size,
-                    ..coarse()
-                };
-                let lights = gpu
-                    .virtual_lights(&camera, &settings, Watch::none())
-                    .unwrap();
-                // Shadow maps look from the lights, wherever the camera is.
-                let is_seen = name == "from nowhere" && method != BounceMethod::CubeMap;
-                assert_eq!(lights.is_empty(), !is_seen, "{name}, {method:?}");
-                assert!(lights.flux().iter().all(|flux| flux.is_finite()));
-            }
+            let settings = BounceSettings {
+                method,
+                face_size: 3,
+                ..coarse()
+            };
+            let lights = gpu.virtual_lights(&camera, &settings, Watch::none());
+            let lights = lights.unwrap();
+            // Shadow maps look from the lights, wherever the camera is.
+            let is_seen = name == "from nowhere" && method != BounceMethod::CubeMap;
+            assert_eq!(lights.is_empty(), !is_seen, "{name}, {method:?}");
+            assert!(lights.flux().iter().all(|flux| flux.is_finite()));
         }
     }
     let gpu = GpuRenderer::new(&GPU, &room).unwrap();

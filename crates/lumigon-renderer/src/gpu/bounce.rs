@@ -235,7 +235,10 @@ mod tests {
     fn assert_same(name: &str, cpu: &CubeMap, gpu: &CubeMap, share: f32) {
         assert_eq!(cpu.texels.len(), gpu.texels.len());
         let triangle = |texel: &Option<CubeTexel>| texel.map(|texel| texel.triangle);
-        let (mut on_edges, mut brightest) = (0, 0.0_f32);
+        let all = cpu.texels.iter().flatten();
+        let brightest = all.flat_map(|texel| texel.radiance).fold(0.0, f32::max);
+        assert!(brightest > 0.0, "{name}");
+        let mut on_edges = 0;
         for (cpu, gpu) in cpu.texels.iter().zip(&gpu.texels) {
             if triangle(cpu) != triangle(gpu) {
                 on_edges += 1;
@@ -246,15 +249,14 @@ mod tests {
             };
             let distance = Vec3::from(a.position).distance(Vec3::from(b.position));
             let reach = Vec3::from(a.position).length().max(1e-3);
-            let radiance = Vec3::from(a.radiance).max_element();
-            brightest = brightest.max(radiance);
+            // Where a light hardly reaches, single precision is left with little of it.
+            let radiance = Vec3::from(a.radiance).max_element().max(0.01 * brightest);
             assert!(distance <= 1e-5 * reach, "{name}: {a:?} {b:?}");
             assert!(off(a.normal, b.normal, 1.0) <= 1e-4, "{name}: {a:?} {b:?}");
             assert!(off(a.albedo, b.albedo, 1.0) <= 2e-3, "{name}: {a:?} {b:?}");
-            let error = off(a.radiance, b.radiance, radiance.max(1e-6));
+            let error = off(a.radiance, b.radiance, radiance);
             assert!(error <= 1e-3, "{name}, {error}: {a:?} {b:?}");
         }
-        assert!(brightest > 0.0, "{name}");
         let most = share * cpu.texels.len() as f32;
         assert!(on_edges as f32 <= most, "{name}: {on_edges} on edges");
     }
