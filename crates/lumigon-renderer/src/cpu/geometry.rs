@@ -60,6 +60,17 @@ impl TriangleHit {
     }
 }
 
+/// The distance from surfaces that rays which start or end on them leave out: relative to the scene's
+/// size, or to its distance from the origin, where coordinates are that coarse.
+pub(crate) fn ray_epsilon(scene: &Scene) -> f32 {
+    let extent = scene.bounds().map_or(0.0, |(low, high)| {
+        (high - low)
+            .length()
+            .max(low.abs().max(high.abs()).max_element())
+    });
+    extent * 1e-5
+}
+
 impl Geometry {
     pub(super) fn new(scene: &Scene) -> Self {
         let mut triangles = Vec::new();
@@ -88,15 +99,10 @@ impl Geometry {
                 &mut Duration::default(),
             )
         });
-        let extent = scene.bounds().map_or(0.0, |(low, high)| {
-            (high - low)
-                .length()
-                .max(low.abs().max(high.abs()).max_element())
-        });
         Self {
             hierarchy,
             triangles,
-            epsilon: extent * 1e-5,
+            epsilon: ray_epsilon(scene),
         }
     }
 

@@ -33,6 +33,7 @@ use fitted_lobes::FittedLobes;
 use geometry::Geometry;
 use hits::{Hits, Wanted};
 use lobes::Scattered;
+pub(crate) use geometry::ray_epsilon;
 pub(crate) use pixel_samples::pixel_samples;
 use shade::Visibility;
 
