@@ -12,7 +12,7 @@ use obvhs::triangle::Triangle;
 use crate::scene::{AlphaMode, Scene, SurfaceSample};
 
 /// Every triangle of a scene in one hierarchy.
-pub(super) struct Geometry {
+pub(crate) struct Geometry {
     hierarchy: Option<CwBvh>,
     triangles: Vec<TracedTriangle>,
     /// Rays that start on a surface skip this distance, relative to the scene's size.
@@ -72,7 +72,7 @@ pub(crate) fn ray_epsilon(scene: &Scene) -> f32 {
 }
 
 impl Geometry {
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let mut triangles = Vec::new();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
             let material = &scene.materials[mesh.material];
@@ -135,7 +135,7 @@ impl Geometry {
     }
 
     /// Whether anything lies between two distances along a ray.
-    pub(super) fn occluded(
+    pub(crate) fn occluded(
         &self,
         scene: &Scene,
         origin: Vec3,

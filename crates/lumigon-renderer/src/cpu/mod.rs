@@ -30,10 +30,9 @@ use crate::scene::{Camera, Scene};
 
 use distance_fields::FieldCache;
 use fitted_lobes::FittedLobes;
-use geometry::Geometry;
+pub(crate) use geometry::{Geometry, ray_epsilon};
 use hits::{Hits, Wanted};
 use lobes::Scattered;
-pub(crate) use geometry::ray_epsilon;
 pub(crate) use pixel_samples::pixel_samples;
 use shade::Visibility;
 

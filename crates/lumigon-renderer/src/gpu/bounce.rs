@@ -11,8 +11,8 @@ use super::light_set::LightSet;
 use super::rays::TracedLights;
 use super::renderer::{GpuRenderer, Kept};
 use crate::bounce::{
-    BounceLights, BounceSettings, CubeMap, Facets, Gather, VirtualLights,
-    light_places, virtual_lights,
+    BounceLights, BounceSettings, CubeMap, Facets, Gather, VirtualLights, light_places,
+    virtual_lights,
 };
 use crate::render::{RenderError, RenderSettings, Rendering, Watch};
 use crate::scene::Camera;

@@ -160,13 +160,19 @@ mod tests {
                 );
             }
         }
-        assert_eq!(parts_of(&[], CLUSTER_LIGHTS, 0, 1, 60_000), vec![Part::default()]);
+        assert_eq!(
+            parts_of(&[], CLUSTER_LIGHTS, 0, 1, 60_000),
+            vec![Part::default()]
+        );
     }
 
     #[test]
     fn lights_without_extent_have_parts_of_their_own() {
         let part = |polygons, punctual| Part { polygons, punctual };
-        assert_eq!(parts_of(&[9], CLUSTER_LIGHTS, 3, 1, 100), [part(0..1, 0..3)]);
+        assert_eq!(
+            parts_of(&[9], CLUSTER_LIGHTS, 3, 1, 100),
+            [part(0..1, 0..3)]
+        );
         assert_eq!(
             parts_of(&[9; 40], CLUSTER_LIGHTS, 250, 1, 100),
             [
@@ -181,7 +187,10 @@ mod tests {
             parts_of(&[], CLUSTER_LIGHTS, 200, 1, 100),
             [part(0..0, 0..100), part(0..0, 100..200)]
         );
-        assert_eq!(parts_of(&[], CLUSTER_LIGHTS, u32::MAX, 1, u64::MAX).len(), 1);
+        assert_eq!(
+            parts_of(&[], CLUSTER_LIGHTS, u32::MAX, 1, u64::MAX).len(),
+            1
+        );
     }
 
     #[test]
