@@ -26,6 +26,10 @@ impl Progress {
         } else if self.bar.length() != Some(total) {
             self.bar.set_length(total);
         }
+        // Work of several parts begins again with each.
+        if done == 1 && self.bar.position() > total / 2 {
+            self.bar.set_position(done);
+        }
         // Reports of several threads may overtake each other.
         if done > self.bar.position() {
             self.bar.set_position(done);

@@ -10,11 +10,13 @@ use lumigon::{
     SpecularMethod,
 };
 use lumigon_renderer::{
-    Camera, Limits, PictureFormat, Pixels, ReferenceSettings, RenderError, RenderSettings, Scene,
-    ToneMap, Watch, check_writable, read_image, write_exr, write_png,
+    BounceSettings, Camera, CpuRenderer, Limits, PictureFormat, Pixels, ReferenceSettings,
+    RenderError, RenderSettings, Rendering, Scene, ToneMap, Watch, check_writable, read_image,
+    write_exr, write_png,
 };
 
 use crate::Failure;
+use crate::bounce_light::{Bounce, BounceLight};
 use crate::camera::choose_camera;
 use crate::gpu::{Backend, BackendChoice};
 use crate::interrupt::Interrupt;
@@ -26,7 +28,7 @@ use crate::size::Size;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Without --reference the picture is computed in closed form: exact, without noise and without
-shadows, on a GPU where there is one (`lumigon gpu info`). With it the same pixels are path traced,
+shadows, on a GPU where there is one (`lumigon gpu info`); --bounce adds what surfaces reflect. With it the same pixels are path traced,
 always on the CPU.
 
 Examples:
@@ -35,6 +37,8 @@ Examples:
   lumigon render scene.glb -o area.png --diffuse projected-area --basis weighted --specular none
   lumigon render scene.glb -o scene.png --light-image screen=frame.exr --image-method 4x4
   lumigon render scene.glb -o scene.png --backend cpu
+  lumigon render scene.glb -o bounced.png --bounce 1 --bounce-visibility traced --bounce-shadows
+  lumigon render scene.glb -o lights.png --bounce 1 --show-virtual-lights
   lumigon render scene.glb -o truth.exr --reference --spp 1024 --bounces 3
   lumigon render scene.glb -o bounce.exr --reference --bounces 2 --indirect")]
 pub struct Render {
@@ -60,6 +64,11 @@ pub struct Render {
     display: Display,
     #[command(flatten)]
     method: Method,
+    #[command(flatten)]
+    bounce: BounceLight,
+    /// Draw the virtual lights themselves over dark surfaces, to see what they are
+    #[arg(long, help_heading = "Bounce light", conflicts_with = "bounce_only")]
+    show_virtual_lights: bool,
     #[command(flatten)]
     reference: Reference,
 }
@@ -229,14 +238,13 @@ impl Field {
 
 /// The path tracer.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Reference")]
+#[command(next_help_heading = "Reference, and --bounce-method path")]
 struct Reference {
     /// Path trace instead: shadows, and noise
     #[arg(long)]
     reference: bool,
     /// Light paths a pixel [default: 64]
-    #[arg(long, value_name = "N", requires = "reference",
-        value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     spp: Option<u32>,
     /// Surfaces a path may scatter at; 1 is direct light alone [default: 1]
     #[arg(long, value_name = "N", requires = "reference",
@@ -254,7 +262,7 @@ struct Reference {
     #[arg(long, requires = "reference")]
     no_bounce_shadows: bool,
     /// Seed of the random numbers: equal seeds give equal pictures [default: 0]
-    #[arg(long, value_name = "S", requires = "reference")]
+    #[arg(long, value_name = "S")]
     seed: Option<u64>,
 }
 
@@ -297,14 +305,8 @@ impl Render {
         let interrupt = Interrupt::catch()?;
         let (diffuse, specular) = self.method.resolve()?;
         self.reference.check()?;
-        let choice = match (self.reference.reference, self.method.backend) {
-            (false, choice) => choice,
-            (true, BackendChoice::Gpu) => {
-                let message = "--reference runs on the CPU: leave --backend gpu out";
-                return Err(Failure::usage("render", message));
-            }
-            (true, _) => BackendChoice::Cpu,
-        };
+        let bounce = self.bounce()?;
+        let choice = self.choice(&bounce)?;
         let format = PictureFormat::from_path(&self.output)
             .map_err(|error| Failure::usage("render", &error.to_string()))?;
         check_writable(&self.output)?;
@@ -323,13 +325,28 @@ impl Render {
         for warning in backend.warnings() {
             eprintln!("warning: {}: {warning}", self.scene.display());
         }
-        let radiance = {
-            let progress = Progress::new("rendering");
-            let watch = Watch {
-                progress: &|done, total| progress.set(done, total),
-                cancelled: interrupt.flag(),
-            };
-            self.radiance(&backend, &camera, diffuse, specular, watch)?
+        let task = Task {
+            render: self,
+            scene: &scene,
+            backend: &backend,
+            camera: &camera,
+            settings: RenderSettings {
+                width: self.size.width,
+                height: self.size.height,
+                samples: self.samples,
+                diffuse,
+                specular,
+                image_method: self.method.image_method.unwrap_or_default().into(),
+                light_bound: self.method.light_bound.unwrap_or(0.0),
+                distance_field_budget: self.method.field.budget(),
+                direct: self.bounce.direct(),
+            },
+            interrupt: &interrupt,
+        };
+        let lit = match task.light(&bounce) {
+            Ok(lit) => lit,
+            Err(RenderError::Cancelled) => return Err(Failure::Interrupted),
+            Err(error) => return Err(error.into()),
         };
         interrupt.check()?;
         let Size { width, height } = self.size;
@@ -338,58 +355,189 @@ impl Render {
                 &self.output,
                 width,
                 height,
-                &radiance,
+                &lit.radiance,
                 self.display.exposure.unwrap_or(0.0),
                 self.display.tonemap.unwrap_or_default(),
             )?,
-            PictureFormat::Exr => write_exr(&self.output, width, height, &radiance)?,
+            PictureFormat::Exr => write_exr(&self.output, width, height, &lit.radiance)?,
         }
         println!(
-            "{}: {} in {:.2} s {}, {} polygon lights, {} punctual lights",
+            "{}: {} in {:.2} s {}, {} polygon lights, {} punctual lights{}",
             self.output.display(),
             self.size,
             start.elapsed().as_secs_f64(),
             backend.describe(),
             scene.polygon_lights.len(),
             scene.punctual_lights.len(),
+            lit.bounce,
         );
         Ok(())
     }
 
-    fn radiance(
-        &self,
-        backend: &Backend<'_>,
-        camera: &Camera,
-        diffuse: DiffuseMethod,
-        specular: SpecularMethod,
-        watch: Watch<'_>,
-    ) -> Result<Pixels, Failure> {
-        let Size { width, height } = self.size;
-        let samples = self.samples;
-        let rendering = if self.reference.reference {
-            let settings = self.reference.settings(self.size, samples);
-            backend
-                .cpu()
-                .reference(camera, &settings, watch)
-                .map(|reference| reference.mean)
+    /// The bounce light that is asked for, or what is wrong with asking so.
+    fn bounce(&self) -> Result<Bounce, Failure> {
+        let bounce = self.bounce.resolve("render")?;
+        let reference = &self.reference;
+        let path_traced = reference.reference || matches!(bounce, Bounce::Path { .. });
+        let contradiction = if reference.reference && bounce != Bounce::None {
+            Some("--bounce adds to closed forms: --reference has --bounces")
+        } else if self.show_virtual_lights && !matches!(bounce, Bounce::Virtual(_)) {
+            Some("--show-virtual-lights is of use with --bounce 1 and virtual lights only")
+        } else if reference.spp.is_some() && !path_traced {
+            Some("--spp is of use with --reference or --bounce-method path only")
+        } else if reference.seed.is_some() && !path_traced {
+            Some("--seed is of use with --reference or --bounce-method path only")
         } else {
-            let settings = RenderSettings {
-                width,
-                height,
-                samples,
-                diffuse,
-                specular,
-                image_method: self.method.image_method.unwrap_or_default().into(),
-                light_bound: self.method.light_bound.unwrap_or(0.0),
-                distance_field_budget: self.method.field.budget(),
-                direct: true,
-            };
-            backend.render(camera, &settings, watch)
+            None
         };
-        match rendering {
-            Ok(rendering) => Ok(rendering.radiance()),
-            Err(RenderError::Cancelled) => Err(Failure::Interrupted),
-            Err(error) => Err(error.into()),
+        match contradiction {
+            Some(message) => Err(Failure::usage("render", message)),
+            None => Ok(bounce),
+        }
+    }
+
+    /// What can compute that.
+    fn choice(&self, bounce: &Bounce) -> Result<BackendChoice, Failure> {
+        let of_the_cpu = if self.reference.reference {
+            "--reference runs"
+        } else if matches!(bounce, Bounce::Virtual(_)) {
+            "virtual lights run"
+        } else {
+            return Ok(self.method.backend);
+        };
+        if self.method.backend == BackendChoice::Gpu {
+            let message = format!("{of_the_cpu} on the CPU: leave --backend gpu out");
+            return Err(Failure::usage("render", &message));
+        }
+        Ok(BackendChoice::Cpu)
+    }
+}
+
+/// A scene on what renders it.
+struct Task<'a> {
+    render: &'a Render,
+    scene: &'a Scene,
+    backend: &'a Backend<'a>,
+    camera: &'a Camera,
+    settings: RenderSettings,
+    interrupt: &'a Interrupt,
+}
+
+/// A picture, and what is to be said of its bounce light.
+struct Lit {
+    radiance: Pixels,
+    bounce: String,
+}
+
+impl Task<'_> {
+    fn light(&self, bounce: &Bounce) -> Result<Lit, RenderError> {
+        match bounce {
+            _ if self.render.reference.reference => {
+                let settings = self.reference();
+                let rendering = self.path_traced("rendering", &settings)?;
+                Ok(Lit::of(&rendering, String::new()))
+            }
+            Bounce::None => Ok(Lit::of(&self.direct()?, String::new())),
+            Bounce::Virtual(settings) => self.by_virtual_lights(settings),
+            &Bounce::Path {
+                bounces,
+                shadows,
+                bounce_shadows,
+            } => {
+                let settings = ReferenceSettings {
+                    bounces: bounces + 1,
+                    shadows,
+                    direct: false,
+                    bounce_shadows,
+                    ..self.reference()
+                };
+                let indirect = self.path_traced("tracing bounce light", &settings)?;
+                let said = format!(", bounce light by {} paths a pixel", settings.paths);
+                let mut lit = Lit::of(&indirect, said);
+                if self.settings.direct {
+                    let direct = self.direct()?.radiance();
+                    for (sum, direct) in lit.radiance.iter_mut().zip(direct) {
+                        *sum = std::array::from_fn(|i| sum[i] + direct[i]);
+                    }
+                }
+                Ok(lit)
+            }
+        }
+    }
+
+    fn by_virtual_lights(&self, settings: &BounceSettings) -> Result<Lit, RenderError> {
+        let lights = self.watched("gathering", |watch| {
+            self.backend.virtual_lights(self.camera, settings, watch)
+        })?;
+        for warning in lights.warnings() {
+            eprintln!("warning: {}: {warning}", self.render.scene.display());
+        }
+        let said = format!(
+            ", {} virtual lights from {} texels",
+            lights.len(),
+            lights.texels()
+        );
+        if self.render.show_virtual_lights {
+            let view = lights.to_scene(self.scene);
+            let settings = RenderSettings {
+                specular: SpecularMethod::None,
+                ..self.settings
+            };
+            // Thousands of materials for one picture: no work for a GPU.
+            let renderer = CpuRenderer::new(&view);
+            let rendering = self.watched("rendering", |watch| {
+                renderer.render(self.camera, &settings, watch)
+            })?;
+            return Ok(Lit::of(&rendering, said));
+        }
+        let rendering = self.watched("rendering", |watch| {
+            self.backend
+                .render_with_bounce(self.camera, &self.settings, &lights, watch)
+        })?;
+        Ok(Lit::of(&rendering, said))
+    }
+
+    /// By closed forms.
+    fn direct(&self) -> Result<Rendering, RenderError> {
+        self.watched("rendering", |watch| {
+            self.backend.render(self.camera, &self.settings, watch)
+        })
+    }
+
+    fn reference(&self) -> ReferenceSettings {
+        let render = self.render;
+        render.reference.settings(render.size, render.samples)
+    }
+
+    fn path_traced(
+        &self,
+        what: &'static str,
+        settings: &ReferenceSettings,
+    ) -> Result<Rendering, RenderError> {
+        let traced = self.watched(what, |watch| {
+            self.backend.cpu().reference(self.camera, settings, watch)
+        })?;
+        Ok(traced.mean)
+    }
+
+    fn watched<T>(
+        &self,
+        what: &'static str,
+        work: impl FnOnce(Watch<'_>) -> Result<T, RenderError>,
+    ) -> Result<T, RenderError> {
+        let progress = Progress::new(what);
+        work(Watch {
+            progress: &|done, total| progress.set(done, total),
+            cancelled: self.interrupt.flag(),
+        })
+    }
+}
+
+impl Lit {
+    fn of(rendering: &Rendering, bounce: String) -> Self {
+        Self {
+            radiance: rendering.radiance(),
+            bounce,
         }
     }
 }

@@ -162,3 +162,57 @@ fn nothing_is_written_over() {
     assert!(String::from_utf8_lossy(&missing.stderr).contains("no.glb"));
     assert_eq!(files(root.path()).len(), 1);
 }
+
+#[test]
+fn bounce_light_has_its_sections() {
+    let root = TempDir::new().unwrap();
+    let report = root.path().join("report");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/cornell.glb");
+    let output = Command::new(env!("CARGO_BIN_EXE_lumigon"))
+        .arg("compare")
+        .arg(&scene)
+        .arg("-o")
+        .arg(&report)
+        .args(["--size", "16x16", "--samples", "1", "--spp", "256"])
+        .args(["--bounce", "--cube-size", "16", "--virtual-lights", "100"])
+        .args(["--bounce-from", "0,1,0"])
+        .output()
+        .unwrap();
+    succeed(&output);
+    let metrics: Value =
+        serde_json::from_slice(&fs::read(report.join("metrics.json")).unwrap()).unwrap();
+    let groups = metrics["bounce"]["groups"].as_array().unwrap();
+    assert_eq!(groups.len(), 3);
+    for group in groups {
+        for method in group["methods"].as_array().unwrap() {
+            let lights = number(&method["virtual_lights"]);
+            assert!((1.0..=100.0).contains(&lights), "{method}");
+            assert!(number(&method["relative_flux_error"]) < 1e-4, "{method}");
+            assert!(number(&method["gather_seconds"]) > 0.0, "{method}");
+            let path = report.join(method["picture"].as_str().unwrap());
+            assert_eq!(image::open(&path).unwrap().width(), 16);
+        }
+    }
+    let rmse = |group: usize, id: &str| {
+        let methods = groups[group]["methods"].as_array().unwrap();
+        let method = methods.iter().find(|m| m["id"] == id).unwrap();
+        number(&method["relative_rmse_beyond_noise"])
+    };
+    // In the middle of the box a cube map sees nearly all; without rays light leaks.
+    assert!(rmse(0, "bounce-polygon") < 0.2);
+    assert!(rmse(2, "bounce-polygon-shadowed") < rmse(2, "bounce-polygon-leaking"));
+    let listed: BTreeSet<String> = serde_json::from_value(metrics["files"].clone()).unwrap();
+    assert_eq!(listed, files(&report));
+    let html = fs::read_to_string(report.join("index.html")).unwrap();
+    let sources = attributes(&html, "src");
+    assert!(sources.iter().all(|file| report.join(file).exists()));
+    assert!(html.contains("Time to make them"));
+
+    let refused = Command::new(env!("CARGO_BIN_EXE_lumigon"))
+        .arg("compare")
+        .arg(&scene)
+        .args(["-o", "none", "--cube-size", "16"])
+        .output()
+        .unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+}

@@ -128,6 +128,121 @@ fn methods_and_the_reference_are_what_they_say() {
 }
 
 #[test]
+fn bounce_light_is_what_it_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let render = |arguments: &str| {
+        let line =
+            format!("render {{scene}} -o {{out}}/x.exr --size 24x24 --samples 1 {arguments}");
+        let output = run(&line, folder.path());
+        let errors = text(&output.stderr);
+        assert!(output.status.success(), "{arguments}: {errors}");
+        let [r, g, b] = read_exr(&folder.path().join("x.exr"));
+        let finite = |x: &f32| x.is_finite() && *x >= 0.0;
+        assert!(r.iter().chain(&g).chain(&b).all(finite), "{arguments}");
+        ([r, g, b].concat(), text(&output.stdout).to_owned())
+    };
+    let lights = |said: &str| -> [usize; 2] {
+        let (before, after) = said.trim_end().split_once(" virtual lights from ").unwrap();
+        let count = before.rsplit(' ').next().unwrap();
+        [count, after.split(' ').next().unwrap()].map(|number| number.parse().unwrap())
+    };
+    let sum = |picture: &[f32]| picture.iter().sum::<f32>();
+    let (direct, said) = render("--backend cpu");
+    assert_eq!(render("--bounce 0 --backend cpu").0, direct);
+    assert!(!said.contains("virtual"), "{said}");
+
+    let small = "--bounce 1 --cube-size 8 --virtual-lights 40";
+    let (both, said) = render(small);
+    let [count, texels] = lights(&said);
+    assert!(count > 0 && texels > 100 && texels <= 6 * 64, "{said}");
+    let (bounce, _) = render(&format!("{small} --bounce-only"));
+    assert!(sum(&bounce) > 0.05 * sum(&direct), "{}", sum(&bounce));
+    for ((both, direct), bounce) in both.iter().zip(&direct).zip(&bounce) {
+        assert!((both - direct - bounce).abs() <= 1e-4 * (1.0 + both));
+    }
+
+    // Everything makes another picture, and none of them is black.
+    let mut seen = vec![bounce];
+    for arguments in [
+        "--virtual point",
+        "--virtual point --virtual-clamp 2",
+        "--bounce-from -0.1,1,0.2",
+        "--bounce-from 0,1,0.2;0.3,0.5,-0.2",
+        "--bounce-from scene:2",
+        "--bounce-visibility traced",
+        "--bounce-shadows",
+        "--bounce-method rsm",
+        "--no-merge",
+        "--bounce 2",
+    ] {
+        let base = if arguments.starts_with("--bounce 2") {
+            small.replace("--bounce 1", "")
+        } else {
+            small.to_owned()
+        };
+        let (picture, _) = render(&format!("{base} {arguments} --bounce-only"));
+        assert!(sum(&picture) > 0.0, "{arguments}");
+        assert!(!seen.contains(&picture), "{arguments}");
+        seen.push(picture);
+    }
+    let path = "--bounce 1 --bounce-only --bounce-method path --spp";
+    let (traced, said) = render(&format!("{path} 64"));
+    assert!(said.contains("64 paths a pixel"), "{said}");
+    let ratio = sum(&traced) / sum(&seen[0]);
+    assert!((0.7..1.4).contains(&ratio), "{ratio}");
+    let (darker, _) = render(&format!(
+        "{path} 64 --bounce-visibility traced --bounce-shadows"
+    ));
+    assert!(sum(&darker) < sum(&traced));
+
+    let (view, said) = render(&format!("{small} --show-virtual-lights"));
+    assert!(sum(&view) > 0.0 && view != both && lights(&said)[0] > 0);
+    let (view, said) = render(&format!("{small} --virtual point --show-virtual-lights"));
+    assert!(sum(&view) > 0.0 && lights(&said)[0] > 0);
+}
+
+#[test]
+fn bounce_light_of_nothing_is_no_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("empty.gltf"), r#"{"asset":{"version":"2.0"}}"#).unwrap();
+    let cornell = scene("cornell.glb");
+    let empty = at("empty.gltf").into_os_string().into_string().unwrap();
+    // Nothing to see; one texel a face; in a wall; out of the scene.
+    for (scene, from) in [
+        (&empty, "camera"),
+        (&empty, "scene:3"),
+        (&cornell, "camera"),
+        (&cornell, "scene:1"),
+        (&cornell, "0,0,0"),
+        (&cornell, "1e6,-1e6,3"),
+        (&cornell, "1e30,0,0"),
+    ] {
+        for more in [
+            "",
+            "--virtual point",
+            "--bounce-visibility traced",
+            "--no-merge --no-cluster",
+            "--show-virtual-lights",
+        ] {
+            let picture = at("x.exr");
+            let output = lumigon()
+                .args(["render", scene, "-o", picture.to_str().unwrap()])
+                .args(["--size", "8x8", "--samples", "1", "--bounce", "2"])
+                .args(["--cube-size", "1", "--bounce-from", from])
+                .args(more.split_whitespace())
+                .output()
+                .unwrap();
+            let errors = text(&output.stderr);
+            assert!(output.status.success(), "{from} {more}: {errors}");
+            let finite = |x: &f32| x.is_finite() && *x >= 0.0;
+            let channels = read_exr(&picture);
+            assert!(channels.iter().flatten().all(finite), "{from} {more}");
+        }
+    }
+}
+
+#[test]
 fn contradictions_are_refused_before_anything_is_read() {
     let folder = tempfile::tempdir().unwrap();
     for (arguments, expected) in [
@@ -161,6 +276,54 @@ fn contradictions_are_refused_before_anything_is_read() {
             "--bounces 2",
         ),
         ("-o {out}/a.png --reference --specular ltc", "--reference"),
+        ("-o {out}/a.png --bounce 17", "--bounce"),
+        ("-o {out}/a.png --bounce-only", "--bounce 1 or more"),
+        (
+            "-o {out}/a.png --bounce 0 --virtual point",
+            "--bounce 1 or more",
+        ),
+        ("-o {out}/a.png --reference --bounce 1", "--bounces"),
+        ("-o {out}/a.png --bounce 1 --spp 9", "path"),
+        ("-o {out}/a.png --bounce 1 --seed 9", "path"),
+        (
+            "-o {out}/a.png --bounce 1 --bounce-method path --cube-size 9",
+            "--cube-size is of no use",
+        ),
+        (
+            "-o {out}/a.png --bounce 1 --bounce-method rsm --bounce-from scene",
+            "from the lights",
+        ),
+        (
+            "-o {out}/a.png --bounce 1 --virtual-clamp 1",
+            "--virtual point",
+        ),
+        (
+            "-o {out}/a.png --bounce 1 --virtual point --virtual-clamp -1",
+            "more than 0",
+        ),
+        (
+            "-o {out}/a.png --bounce 1 --no-cluster --virtual-lights 9",
+            "--no-cluster",
+        ),
+        ("-o {out}/a.png --bounce 1 --cube-size 513", "512"),
+        (
+            "-o {out}/a.png --bounce 1 --virtual-lights 0",
+            "--virtual-lights",
+        ),
+        ("-o {out}/a.png --bounce 1 --bounce-from 1,2", "scene:N"),
+        (
+            "-o {out}/a.png --bounce 1 --bounce-from -1,2,inf",
+            "scene:N",
+        ),
+        ("-o {out}/a.png --show-virtual-lights", "--bounce 1"),
+        (
+            "-o {out}/a.png --bounce 1 --bounce-method path --show-virtual-lights",
+            "virtual lights",
+        ),
+        (
+            "-o {out}/a.png --bounce 1 --bounce-only --show-virtual-lights",
+            "cannot be used with",
+        ),
         ("-o {out}/a.png --inclusion winding-number", "--specular"),
         (
             "-o {out}/a.png --specular ltc --inclusion winding-number",

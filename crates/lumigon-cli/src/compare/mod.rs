@@ -1,5 +1,6 @@
 //! `lumigon compare`: every method beside the path-traced truth, in pictures and numbers.
 
+pub(crate) mod bounce;
 pub(crate) mod contact_sheet;
 pub(crate) mod error;
 pub(crate) mod false_color;
@@ -25,6 +26,7 @@ use crate::interrupt::Interrupt;
 use crate::render::{bias, exposure};
 use crate::report_folder::ReportFolder;
 use crate::size::Size;
+use bounce::BounceArguments;
 use error::CompareError;
 
 /// Renders a scene by every method and by path tracing, and reports how they differ
@@ -38,7 +40,8 @@ The folder gets
 
 Examples:
   lumigon compare scenes/gallery.glb -o report
-  lumigon compare scene.glb -o report --size 360x225 --spp 64")]
+  lumigon compare scene.glb -o report --size 360x225 --spp 64
+  lumigon compare scenes/room.glb -o report --size 360x225 --bounce --bounce-from scene")]
 pub struct Compare {
     /// glTF file, .gltf or .glb
     scene: PathBuf,
@@ -82,6 +85,8 @@ pub struct Compare {
     /// Seed of the references' random numbers
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
+    #[command(flatten)]
+    bounce: BounceArguments,
 }
 
 impl Compare {

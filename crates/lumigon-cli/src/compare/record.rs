@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::bounce::BounceRecord;
 use super::machine::Machine;
 use super::method::Part;
 use super::metrics::{Difference, Noise, ZScores};
@@ -26,6 +27,9 @@ pub(super) struct Record {
     pub(super) references: [ReferenceRecord; 2],
     /// Every method in the order of the report.
     pub(super) methods: Vec<MethodRecord>,
+    /// A single bounce by virtual lights, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) bounce: Option<BounceRecord>,
     /// The exact diffuse method against the noise of the unshadowed reference.
     pub(super) exact_diffuse_z_scores: ZScores,
     /// Every file of the report, relative to its folder.

@@ -2,6 +2,7 @@
 
 use askama::Template;
 
+use super::bounce::{BounceGroup, BounceMethodRecord};
 use super::contact_sheet::signed;
 use super::error::CompareError;
 use super::false_color::FalseColor;
@@ -9,6 +10,7 @@ use super::method::{EXACT, Part, REFERENCE_SOURCE, REFERENCE_WORDS};
 use super::metrics::{Noise, ZScores};
 use super::quantity::{duration, percent, scene_name};
 use super::record::{Against, MethodRecord, Record, ReferenceRecord};
+use crate::bounce_light::Blocking;
 
 /// The report's page.
 pub(super) const INDEX: &str = "index.html";
@@ -23,6 +25,7 @@ struct Page<'a> {
     machine: String,
     verdict: Verdict,
     groups: Vec<Group<'a>>,
+    bounce: Vec<Group<'a>>,
     shadows: Option<Row<'a>>,
     reference_seconds: [String; 2],
     seconds_without_lights: String,
@@ -46,7 +49,8 @@ struct Verdict {
 
 /// The methods of one part, with its reference and its scale.
 struct Group<'a> {
-    part: Part,
+    id: &'a str,
+    title: &'a str,
     intro: &'static str,
     reference: &'a str,
     rows: Vec<Row<'a>>,
@@ -72,6 +76,8 @@ struct Row<'a> {
     seconds: String,
     ratio: String,
     lighting_ratio: String,
+    /// Of virtual lights: how many, from how many texels, what making them took.
+    gathering: [String; 3],
 }
 
 /// The report of a comparison; `scales` are the differences', in the order of [`Part::ALL`].
@@ -85,7 +91,8 @@ pub(super) fn html(record: &Record, scales: [FalseColor; 3]) -> Result<String, C
         let noise = unshadowed.noise(part);
         let methods = record.methods.iter().filter(|m| m.part == part);
         Group {
-            part,
+            id: part.id(),
+            title: part.title(),
             intro: intro(part),
             reference: &unshadowed.pictures[part as usize].picture,
             rows: methods.map(Row::of_method).collect(),
@@ -110,6 +117,12 @@ pub(super) fn html(record: &Record, scales: [FalseColor; 3]) -> Result<String, C
             exact.and_then(|m| m.against.difference.relative_rmse),
         ),
         groups: groups.collect(),
+        bounce: record
+            .bounce
+            .iter()
+            .flat_map(|b| &b.groups)
+            .map(Group::of_bounce)
+            .collect(),
         shadows: shadowed
             .against_unshadowed
             .as_ref()
@@ -143,6 +156,32 @@ fn intro(part: Part) -> &'static str {
         Part::Specular => {
             "The specular part of pictures with exact diffuse light, against the reference's \
              specular part; the times include that diffuse light."
+        }
+    }
+}
+
+impl<'a> Group<'a> {
+    fn of_bounce(group: &'a BounceGroup) -> Self {
+        let ticks = group.scale.ticks();
+        Self {
+            id: group.id,
+            title: group.title,
+            intro: match group.blocking {
+                Blocking::Nothing => {
+                    "Light passes through surfaces on all of its way: what virtual lights without \
+                     rays tend to if the cube maps see all that is lit. What differs is sampling."
+                }
+                Blocking::Bounces => {
+                    "Light from a light passes through surfaces, light from a surface does not: \
+                     what traced virtual lights tend to."
+                }
+                Blocking::All => "The truth of a single bounce.",
+            },
+            reference: &group.picture,
+            rows: group.methods.iter().map(Row::of_bounce).collect(),
+            ticks: ticks.map(|(place, difference)| (100.0 * place, signed(difference))),
+            scale: format!("pictures/scale-{}.png", group.id),
+            noise: percent(group.noise.relative),
         }
     }
 }
@@ -193,6 +232,7 @@ impl<'a> Row<'a> {
             seconds: String::new(),
             ratio: String::new(),
             lighting_ratio: String::new(),
+            gathering: Default::default(),
         }
     }
 
@@ -203,6 +243,20 @@ impl<'a> Row<'a> {
             seconds: duration(method.seconds),
             ratio: ratio(method.ratio_to_exact),
             lighting_ratio: ratio(method.lighting_ratio_to_exact),
+            ..Self::new(method.id, method.title, &method.against)
+        }
+    }
+
+    fn of_bounce(method: &'a BounceMethodRecord) -> Self {
+        Self {
+            words: method.words,
+            source: method.source,
+            seconds: duration(method.seconds),
+            gathering: [
+                method.virtual_lights.to_string(),
+                method.texels.to_string(),
+                duration(method.gather_seconds),
+            ],
             ..Self::new(method.id, method.title, &method.against)
         }
     }

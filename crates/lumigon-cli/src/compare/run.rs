@@ -23,7 +23,7 @@ use super::record::{
     Against, MethodRecord, PartPicture, Record, ReferenceRecord, SceneRecord, SettingsRecord,
 };
 use super::stopwatch::Stopwatch;
-use super::{Compare, report};
+use super::{Compare, bounce, report};
 use crate::gpu::Backend;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -68,6 +68,13 @@ pub(super) fn fill(
         comparison.measure(method, stopwatch)?;
     }
     let without_lights = session.repeat(&methods, &mut stopwatches)?;
+    let (bounce, bounce_sections) = match command.bounce.is_wanted() {
+        true => {
+            let (record, sections) = bounce::compare(&session, &mut comparison.files)?;
+            (Some(record), sections)
+        }
+        false => (None, Vec::new()),
+    };
 
     let Comparison {
         references,
@@ -85,7 +92,11 @@ pub(super) fn fill(
             scene_name(&command.scene)
         ),
         &facts(command, &machine),
-        &with_numbers(sections, &records),
+        &[
+            with_numbers(sections, &records).as_slice(),
+            &bounce_sections,
+        ]
+        .concat(),
     )?;
     write_png(session.folder, report::CONTACT_SHEET, &sheet)?;
     files.extend([report::CONTACT_SHEET, report::INDEX, METRICS].map(str::to_owned));
@@ -119,6 +130,7 @@ pub(super) fn fill(
         seconds_without_polygon_lights: without_lights.seconds(),
         references,
         methods: records,
+        bounce,
         exact_diffuse_z_scores: z_scores,
         files,
     };
@@ -133,18 +145,18 @@ pub(super) fn fill(
 }
 
 /// What every rendering shares.
-struct Session<'a> {
-    command: &'a Compare,
+pub(super) struct Session<'a> {
+    pub(super) command: &'a Compare,
     folder: &'a Path,
-    renderer: Backend<'a>,
+    pub(super) renderer: Backend<'a>,
     /// Of the same scene without its polygon lights.
     unlit_renderer: Backend<'a>,
-    camera: &'a Camera,
-    interrupt: &'a Interrupt,
+    pub(super) camera: &'a Camera,
+    pub(super) interrupt: &'a Interrupt,
 }
 
 impl Session<'_> {
-    fn watched<T>(
+    pub(super) fn watched<T>(
         &self,
         what: &'static str,
         render: impl FnOnce(Watch<'_>) -> Result<T, RenderError>,
@@ -166,7 +178,7 @@ impl Session<'_> {
     }
 
     /// Without lights nothing is diffuse or specular; the picture is as large.
-    fn unlit_settings(&self) -> RenderSettings {
+    pub(super) fn unlit_settings(&self) -> RenderSettings {
         RenderSettings {
             width: self.command.size.width,
             height: self.command.size.height,
@@ -246,13 +258,13 @@ struct Comparison<'a> {
     files: Vec<String>,
 }
 
-/// One part of the unshadowed reference.
-struct Truth {
-    pixels: Pixels,
+/// One part of a reference.
+pub(super) struct Truth {
+    pub(super) pixels: Pixels,
     standard_error: Pixels,
-    noise: Noise,
-    scale: FalseColor,
-    shown: RgbImage,
+    pub(super) noise: Noise,
+    pub(super) scale: FalseColor,
+    pub(super) shown: RgbImage,
 }
 
 impl<'a> Comparison<'a> {
@@ -268,9 +280,7 @@ impl<'a> Comparison<'a> {
             let name = format!("{}-{}", first.id, part.id());
             let picture = session.save(&mut files, &name, &truth.shown, &truth.pixels)?;
             first.pictures.push(PartPicture { part, picture });
-            let name = format!("pictures/scale-{}.png", part.id());
-            write_png(session.folder, &name, &legend(512, 16, truth.scale))?;
-            files.push(name);
+            session.save_scale(&mut files, part.id(), truth.scale)?;
         }
         let bounces = session.command.bounces;
         let (shadowed, seconds) = session.reference(true, bounces)?;
@@ -344,30 +354,8 @@ impl<'a> Comparison<'a> {
         part: Part,
         pixels: &[[f32; 3]],
     ) -> Result<(Against, Cell), CompareError> {
-        let (session, files) = (self.session, &mut self.files);
         let truth = &self.truths[part as usize];
-        let shown = session.shown(pixels);
-        let colored = truth.scale.image(shown.dimensions(), pixels, &truth.pixels);
-        let signed: Pixels = pixels
-            .iter()
-            .zip(&truth.pixels)
-            .map(|(p, r)| std::array::from_fn(|i| p[i] - r[i]))
-            .collect();
-        let cell = Cell {
-            id,
-            title: String::new(),
-            picture: thumbnail(&shown),
-            difference: Some(thumbnail(&colored)),
-            numbers: String::new(),
-        };
-        let difference_name = format!("{id}-difference");
-        let against = Against {
-            picture: session.save(files, id, &shown, pixels)?,
-            difference_picture: session.save(files, &difference_name, &colored, &signed)?,
-            difference: Difference::new(pixels, &truth.pixels, truth.noise),
-            flip: mean_flip(&truth.shown, &shown),
-        };
-        Ok((against, cell))
+        self.session.against(&mut self.files, truth, id, pixels)
     }
 }
 
@@ -384,6 +372,62 @@ impl Session<'_> {
         image
     }
 
+    /// Writes a picture and its difference from a reference, and measures it.
+    pub(super) fn against(
+        &self,
+        files: &mut Vec<String>,
+        truth: &Truth,
+        id: &'static str,
+        pixels: &[[f32; 3]],
+    ) -> Result<(Against, Cell), CompareError> {
+        let shown = self.shown(pixels);
+        let colored = truth.scale.image(shown.dimensions(), pixels, &truth.pixels);
+        let signed: Pixels = pixels
+            .iter()
+            .zip(&truth.pixels)
+            .map(|(p, r)| std::array::from_fn(|i| p[i] - r[i]))
+            .collect();
+        let cell = Cell {
+            id,
+            title: String::new(),
+            picture: thumbnail(&shown),
+            difference: Some(thumbnail(&colored)),
+            numbers: String::new(),
+        };
+        let difference_name = format!("{id}-difference");
+        let against = Against {
+            picture: self.save(files, id, &shown, pixels)?,
+            difference_picture: self.save(files, &difference_name, &colored, &signed)?,
+            difference: Difference::new(pixels, &truth.pixels, truth.noise),
+            flip: mean_flip(&truth.shown, &shown),
+        };
+        Ok((against, cell))
+    }
+
+    /// Writes the bar of a scale.
+    pub(super) fn save_scale(
+        &self,
+        files: &mut Vec<String>,
+        id: &str,
+        scale: FalseColor,
+    ) -> Result<(), CompareError> {
+        let name = format!("pictures/scale-{id}.png");
+        write_png(self.folder, &name, &legend(512, 16, scale))?;
+        files.push(name);
+        Ok(())
+    }
+
+    /// Pixels as something to compare with.
+    pub(super) fn truth(&self, pixels: Pixels, standard_error: Pixels) -> Truth {
+        Truth {
+            noise: Noise::new(&pixels, &standard_error),
+            scale: FalseColor::for_reference(&pixels),
+            shown: self.shown(&pixels),
+            pixels,
+            standard_error,
+        }
+    }
+
     fn truths(&self, reference: ReferenceRendering) -> [Truth; 3] {
         let mean = reference.mean;
         let parts = [
@@ -391,17 +435,11 @@ impl Session<'_> {
             (mean.diffuse, reference.diffuse_error),
             (mean.specular, reference.specular_error),
         ];
-        parts.map(|(pixels, standard_error)| Truth {
-            noise: Noise::new(&pixels, &standard_error),
-            scale: FalseColor::for_reference(&pixels),
-            shown: self.shown(&pixels),
-            pixels,
-            standard_error,
-        })
+        parts.map(|(pixels, standard_error)| self.truth(pixels, standard_error))
     }
 
     /// Writes a picture as PNG and EXR; the PNG's path.
-    fn save(
+    pub(super) fn save(
         &self,
         files: &mut Vec<String>,
         name: &str,

@@ -4,8 +4,8 @@ use std::cell::{OnceCell, RefCell};
 
 use clap::ValueEnum;
 use lumigon_renderer::{
-    Camera, CpuRenderer, Gpu, GpuError, GpuPreference, GpuRenderer, RenderError, RenderSettings,
-    Rendering, Scene, Watch,
+    BounceSettings, Camera, CpuRenderer, Gpu, GpuError, GpuPreference, GpuRenderer, RenderError,
+    RenderSettings, Rendering, Scene, VirtualLights, Watch,
 };
 
 /// What is to compute closed forms.
@@ -85,6 +85,34 @@ impl<'a> Backend<'a> {
             None => {}
         }
         self.cpu().render(camera, settings, watch)
+    }
+
+    /// Finds the surfaces that light bounces off, and makes virtual lights of them. The CPU does.
+    ///
+    /// # Errors
+    /// As the renderers.
+    pub(crate) fn virtual_lights(
+        &self,
+        camera: &Camera,
+        settings: &BounceSettings,
+        watch: Watch<'_>,
+    ) -> Result<VirtualLights, RenderError> {
+        self.cpu().virtual_lights(camera, settings, watch)
+    }
+
+    /// Renders with closed forms, lit by virtual lights too. The CPU does, if there are any.
+    ///
+    /// # Errors
+    /// As [`Backend::render`].
+    pub(crate) fn render_with_bounce(
+        &self,
+        camera: &Camera,
+        settings: &RenderSettings,
+        lights: &VirtualLights,
+        watch: Watch<'_>,
+    ) -> Result<Rendering, RenderError> {
+        self.cpu()
+            .render_with_bounce(camera, settings, lights, watch)
     }
 
     /// The CPU's renderer, whatever renders closed forms: path tracing is its own.
