@@ -57,7 +57,11 @@ fn truth(
     let picture = renderer
         .reference(camera, &settings, Watch::none())
         .unwrap();
-    let noise = picture.diffuse_error.iter().map(|&e| Vec3::from(e).length_squared()).sum();
+    let noise = picture
+        .diffuse_error
+        .iter()
+        .map(|&e| Vec3::from(e).length_squared())
+        .sum();
     (picture.mean.diffuse, noise)
 }
 
@@ -71,7 +75,10 @@ fn errors(pixels: &Pixels, (truth, noise): &(Pixels, f32)) -> [f32; 2] {
         sum += a.element_sum();
         true_sum += b.element_sum();
     }
-    [((squared - noise) / all).max(0.0).sqrt(), sum / true_sum - 1.0]
+    [
+        ((squared - noise) / all).max(0.0).sqrt(),
+        sum / true_sum - 1.0,
+    ]
 }
 
 #[test]
@@ -83,7 +90,15 @@ fn sketch() {
         let start = std::time::Instant::now();
         let references =
             [[false, false], [false, true], [true, true]].map(|s| truth(&renderer, camera, s));
-        println!("noise {:?} in {:?}", references.each_ref().map(|(t, n)| (n / t.iter().map(|&t| Vec3::from(t).length_squared()).sum::<f32>()).sqrt()), start.elapsed());
+        println!(
+            "noise {:?} in {:?}",
+            references.each_ref().map(|(t, n)| (n / t
+                .iter()
+                .map(|&t| Vec3::from(t).length_squared())
+                .sum::<f32>())
+            .sqrt()),
+            start.elapsed()
+        );
         for centers in [
             BounceCenters::Camera,
             BounceCenters::Scene(1),
@@ -173,12 +188,42 @@ fn matte(color: Vec3) -> Material {
 /// floor is lit, evenly.
 fn lit_floor() -> Scene {
     let corner = |x: i32, y: i32, z: i32| [x as f32, y as f32, z as f32];
-    let floor = [corner(-1, -1, 1), corner(1, -1, 1), corner(1, -1, -1), corner(-1, -1, -1)];
-    let ceiling = [corner(-1, 1, -1), corner(1, 1, -1), corner(1, 1, 1), corner(-1, 1, 1)];
-    let left = [corner(-1, -1, -1), corner(-1, 1, -1), corner(-1, 1, 1), corner(-1, -1, 1)];
-    let right = [corner(1, -1, 1), corner(1, 1, 1), corner(1, 1, -1), corner(1, -1, -1)];
-    let back = [corner(-1, -1, -1), corner(1, -1, -1), corner(1, 1, -1), corner(-1, 1, -1)];
-    let front = [corner(1, -1, 1), corner(-1, -1, 1), corner(-1, 1, 1), corner(1, 1, 1)];
+    let floor = [
+        corner(-1, -1, 1),
+        corner(1, -1, 1),
+        corner(1, -1, -1),
+        corner(-1, -1, -1),
+    ];
+    let ceiling = [
+        corner(-1, 1, -1),
+        corner(1, 1, -1),
+        corner(1, 1, 1),
+        corner(-1, 1, 1),
+    ];
+    let left = [
+        corner(-1, -1, -1),
+        corner(-1, 1, -1),
+        corner(-1, 1, 1),
+        corner(-1, -1, 1),
+    ];
+    let right = [
+        corner(1, -1, 1),
+        corner(1, 1, 1),
+        corner(1, 1, -1),
+        corner(1, -1, -1),
+    ];
+    let back = [
+        corner(-1, -1, -1),
+        corner(1, -1, -1),
+        corner(1, 1, -1),
+        corner(-1, 1, -1),
+    ];
+    let front = [
+        corner(1, -1, 1),
+        corner(-1, -1, 1),
+        corner(-1, 1, 1),
+        corner(1, 1, 1),
+    ];
     Scene {
         meshes: vec![
             quads(&[floor], 0),
@@ -202,15 +247,24 @@ fn an_evenly_lit_floor_becomes_its_own_outline() {
     let scene = lit_floor();
     let renderer = CpuRenderer::new(&scene);
     let camera = Camera::framing(&scene);
-    for (center, face_size) in [([0.1, 0.2, -0.3], 32), ([0.0, -0.9, 0.0], 64), ([0.9, 0.9, 0.9], 16)] {
+    for (center, face_size) in [
+        ([0.1, 0.2, -0.3], 32),
+        ([0.0, -0.9, 0.0], 64),
+        ([0.9, 0.9, 0.9], 16),
+    ] {
         let settings = BounceSettings {
             centers: BounceCenters::Points(vec![center]),
             face_size,
             ..BounceSettings::default()
         };
-        let lights = renderer.virtual_lights(&camera, &settings, Watch::none()).unwrap();
+        let lights = renderer
+            .virtual_lights(&camera, &settings, Watch::none())
+            .unwrap();
         // The floor sends off its albedo times pi watts for each of its four square metres.
         let flux = Vec3::from(lights.gathered_flux().map(|x| x as f32)) / (4.0 * PI);
-        println!("{center:?} {face_size}: {} lights, flux {flux}", lights.len());
+        println!(
+            "{center:?} {face_size}: {} lights, flux {flux}",
+            lights.len()
+        );
     }
 }
