@@ -1,7 +1,7 @@
 //! How bounce light changes from frame to frame.
 
 use glam::{DVec3, Vec3};
-use lumigon_renderer::{BounceCenters, BounceSettings, Pixels, Scene};
+use lumigon_renderer::{BounceCenters, BounceSettings, CpuRenderer, Pixels, RenderSettings, Scene};
 use serde::Serialize;
 
 use super::errors::{Renderers, StudyScene};
@@ -78,13 +78,34 @@ impl Study<'_> {
         else {
             return Ok(rows);
         };
+        let lamps = self.lamps(scene, light)?;
         for (variant, count) in of_light {
             progress.set(rows.len() as u64, total);
-            let frames = self.light_frames(scene, light, &variant, count)?;
+            let mut frames = self.light_frames(scene, light, &variant, count)?;
+            frames.iter_mut().for_each(|frame| blacken(frame, &lamps));
             rows.push(row(scene, Moving::Light, &variant, count, &frames));
         }
-        rows.push(self.truth_row(scene, light)?);
+        rows.push(self.truth_row(scene, light, &lamps)?);
         Ok(rows)
+    }
+
+    /// Pixels in which a light is seen in any frame: where it moves, they do not show one point.
+    fn lamps(&self, scene: &StudyScene, light: usize) -> Result<Vec<bool>, Failure> {
+        let settings = RenderSettings {
+            direct: true,
+            ..self.render_settings()
+        };
+        let mut lamps = Vec::new();
+        for frame in 0..self.command.frames() {
+            let moved = moved(&scene.scene, light, frame as f32);
+            let renderer = CpuRenderer::new(&moved);
+            let picture = rendered(renderer.render(&scene.camera, &settings, self.watch()))?;
+            lamps.resize(picture.emitted.len(), false);
+            for (lamp, emitted) in lamps.iter_mut().zip(&picture.emitted) {
+                *lamp |= *emitted != [0.0; 3];
+            }
+        }
+        Ok(lamps)
     }
 
     /// One picture a frame, all from where the camera was, lit from where it has come to.
@@ -155,14 +176,22 @@ impl Study<'_> {
     }
 
     /// The path tracer's mean change a frame: over all frames, so that its noise is divided by them.
-    fn truth_row(&self, scene: &StudyScene, light: usize) -> Result<FlickerRow, Failure> {
+    fn truth_row(
+        &self,
+        scene: &StudyScene,
+        light: usize,
+        lamps: &[bool],
+    ) -> Result<FlickerRow, Failure> {
         let steps = self.command.frames().saturating_sub(1).max(1) as f32;
         let truth = |frame: f32| {
             let moved = moved(&scene.scene, light, frame);
             let renderers = rendered(Renderers::new(self.command.backend, &moved))?;
-            self.truth(&renderers, &scene.camera, Blocking::Nothing)
+            let truth = self.truth(&renderers, &scene.camera, Blocking::Nothing)?;
+            let mut pixels = truth.pixels;
+            blacken(&mut pixels, lamps);
+            Ok::<_, Failure>(pixels)
         };
-        let (first, last) = (truth(0.0)?.pixels, truth(steps)?.pixels);
+        let (first, last) = (truth(0.0)?, truth(steps)?);
         let changes = first
             .iter()
             .zip(&last)
@@ -178,6 +207,12 @@ impl Study<'_> {
             uneven: None,
             uneven_percentile_999: None,
         })
+    }
+}
+
+fn blacken(frame: &mut Pixels, lamps: &[bool]) {
+    for (pixel, _) in frame.iter_mut().zip(lamps).filter(|(_, lamp)| **lamp) {
+        *pixel = [0.0; 3];
     }
 }
 

@@ -211,7 +211,7 @@ pub(super) fn flicker(rows: &[FlickerRow], moving: Moving) -> Table {
         ),
         Moving::Light => (
             "Flicker: a light moves",
-            "The same while a light moves. Uneven is a pixel’s distance from the mean of the frames \
+            "The same while a light moves, but for pixels that see a light. Uneven is a pixel’s distance from the mean of the frames \
              before and after it: even motion has none.",
         ),
     };
