@@ -6,9 +6,9 @@ use std::path::Path;
 use glam::Vec3;
 use lumigon::SpecularMethod;
 use lumigon_renderer::{
-    BounceCenters, BounceSettings, BounceVisibility, Camera, CpuRenderer, Material, Mesh, Pixels,
-    PunctualKind, PunctualLight, ReferenceSettings, RenderSettings, Rendering, Scene,
-    VirtualLightKind, VirtualLights, Watch,
+    BounceCenters, BounceMethod, BounceSettings, BounceVisibility, Camera, CpuRenderer, CubeMap,
+    EmissivePolygon, Material, Mesh, Pixels, PunctualKind, PunctualLight, ReferenceSettings,
+    RenderSettings, Rendering, Scene, VirtualLightKind, VirtualLights, Watch,
 };
 
 const SIZE: [u32; 2] = [48, 48];
@@ -41,6 +41,7 @@ fn bounce(renderer: &CpuRenderer<'_>, camera: &Camera, lights: &VirtualLights) -
 fn truth(
     renderer: &CpuRenderer<'_>,
     camera: &Camera,
+    bounces: u32,
     [shadows, bounce_shadows]: [bool; 2],
 ) -> (Pixels, f32) {
     let settings = ReferenceSettings {
@@ -48,7 +49,7 @@ fn truth(
         height: SIZE[1],
         samples: 1,
         paths: 512,
-        bounces: 2,
+        bounces,
         shadows,
         bounce_shadows,
         direct: false,
@@ -79,82 +80,6 @@ fn errors(pixels: &Pixels, (truth, noise): &(Pixels, f32)) -> [f32; 2] {
         ((squared - noise) / all).max(0.0).sqrt(),
         sum / true_sum - 1.0,
     ]
-}
-
-#[test]
-fn sketch() {
-    for name in ["cornell.glb", "room.glb", "two-rooms.glb"] {
-        let scene = scene(name);
-        let renderer = CpuRenderer::new(&scene);
-        let camera = &scene.cameras[0];
-        let start = std::time::Instant::now();
-        let references =
-            [[false, false], [false, true], [true, true]].map(|s| truth(&renderer, camera, s));
-        println!(
-            "noise {:?} in {:?}",
-            references.each_ref().map(|(t, n)| (n / t
-                .iter()
-                .map(|&t| Vec3::from(t).length_squared())
-                .sum::<f32>())
-            .sqrt()),
-            start.elapsed()
-        );
-        for centers in [
-            BounceCenters::Camera,
-            BounceCenters::Scene(1),
-            BounceCenters::Scene(4),
-        ] {
-            for (face_size, virtual_lights) in [
-                (64, 64),
-                (64, 256),
-                (64, 1024),
-                (64, 4096),
-                (16, 1024),
-                (128, 1024),
-            ] {
-                for (kind, visibility, shadows) in [
-                    (VirtualLightKind::Polygon, BounceVisibility::None, false),
-                    (VirtualLightKind::Polygon, BounceVisibility::Traced, false),
-                    (VirtualLightKind::Polygon, BounceVisibility::Traced, true),
-                    (
-                        VirtualLightKind::Point {
-                            least_distance: None,
-                        },
-                        BounceVisibility::None,
-                        false,
-                    ),
-                ] {
-                    if virtual_lights > 1024 && visibility == BounceVisibility::Traced {
-                        continue;
-                    }
-                    let settings = BounceSettings {
-                        face_size,
-                        virtual_lights,
-                        kind,
-                        visibility,
-                        shadows,
-                        centers: centers.clone(),
-                        ..BounceSettings::default()
-                    };
-                    let start = std::time::Instant::now();
-                    let lights = renderer
-                        .virtual_lights(camera, &settings, Watch::none())
-                        .unwrap();
-                    let made = start.elapsed().as_secs_f64();
-                    let picture = bounce(&renderer, camera, &lights);
-                    let which =
-                        usize::from(visibility == BounceVisibility::Traced) + usize::from(shadows);
-                    let [rmse, bias] = errors(&picture, &references[which]);
-                    let [full, _] = errors(&picture, &references[2]);
-                    println!(
-                        "{name} {centers:?} N{face_size} K{virtual_lights}->{} {kind:?} {visibility:?} {shadows}: rmse {rmse:.4} bias {bias:+.4} full {full:.4} flux {:?} made {made:.2}",
-                        lights.len(),
-                        lights.flux()[0] / lights.gathered_flux()[0] - 1.0
-                    );
-                }
-            }
-        }
-    }
 }
 
 /// Quads of one material, seen from where their corners run counter-clockwise.
@@ -242,29 +167,315 @@ fn lit_floor() -> Scene {
     }
 }
 
+/// Virtual lights with the CPU's rays.
+fn lights(renderer: &CpuRenderer<'_>, settings: &BounceSettings) -> VirtualLights {
+    let camera = Camera::framing(&Scene::default());
+    renderer
+        .virtual_lights(&camera, settings, Watch::none())
+        .unwrap()
+}
+
+fn from(center: [f32; 3]) -> BounceCenters {
+    BounceCenters::Points(vec![center])
+}
+
 #[test]
 fn an_evenly_lit_floor_becomes_its_own_outline() {
-    let scene = lit_floor();
+    let mut scene = lit_floor();
     let renderer = CpuRenderer::new(&scene);
-    let camera = Camera::framing(&scene);
-    for (center, face_size) in [
-        ([0.1, 0.2, -0.3], 32),
-        ([0.0, -0.9, 0.0], 64),
-        ([0.9, 0.9, 0.9], 16),
+    let made = lights(
+        &renderer,
+        &BounceSettings {
+            centers: from([0.1, 0.2, -0.3]),
+            ..BounceSettings::default()
+        },
+    );
+    assert_eq!(made.len(), 1);
+    // The floor sends off its albedo times pi watts for each of its four square metres; texels on its
+    // edge are on it or not.
+    let flux = made.flux().map(|x| x as f32 / (4.0 * PI));
+    for (flux, albedo) in flux.into_iter().zip([0.5, 0.25, 0.125]) {
+        assert!((flux / albedo - 1.0).abs() < 0.02, "{flux} for {albedo}");
+    }
+    // The ceiling is lit as by an emitter of the floor's outline.
+    let camera = CubeMap::camera([0.0; 3], 2);
+    let bounced = bounce(&renderer, &camera, &made);
+    scene.punctual_lights.clear();
+    scene.polygon_lights = vec![EmissivePolygon {
+        name: "floor".to_owned(),
+        loops: vec![vec![
+            [-1.0, -1.0, 1.0],
+            [1.0, -1.0, 1.0],
+            [1.0, -1.0, -1.0],
+            [-1.0, -1.0, -1.0],
+        ]],
+        radiance: Vec3::from(flux),
+        image: None,
+        two_sided: false,
+        mesh: 0,
+        triangles: vec![0, 1],
+    }];
+    let emitting = CpuRenderer::new(&scene);
+    let settings = RenderSettings {
+        width: SIZE[0],
+        height: SIZE[1],
+        samples: 1,
+        specular: SpecularMethod::None,
+        ..RenderSettings::default()
+    };
+    let direct = emitting.render(&camera, &settings, Watch::none()).unwrap();
+    for (a, b) in bounced.iter().zip(&direct.diffuse) {
+        let (a, b) = (Vec3::from(*a), Vec3::from(*b));
+        assert!(
+            (a - b).abs().max_element() <= 1e-5 * b.max_element(),
+            "{a} {b}"
+        );
+    }
+}
+
+#[test]
+fn polygons_are_the_path_tracers_bounce() {
+    let scene = scene("cornell.glb");
+    let renderer = CpuRenderer::new(&scene);
+    let camera = &scene.cameras[0];
+    let traced = BounceVisibility::Traced;
+    for (visibility, shadows, blocked, bound) in [
+        (BounceVisibility::None, false, [false, false], 0.03),
+        (traced, false, [false, true], 0.035),
+        (traced, true, [true, true], 0.055),
     ] {
         let settings = BounceSettings {
-            centers: BounceCenters::Points(vec![center]),
-            face_size,
+            centers: BounceCenters::Scene(4),
+            virtual_lights: 512,
+            visibility,
+            shadows,
             ..BounceSettings::default()
         };
-        let lights = renderer
-            .virtual_lights(&camera, &settings, Watch::none())
-            .unwrap();
-        // The floor sends off its albedo times pi watts for each of its four square metres.
-        let flux = Vec3::from(lights.gathered_flux().map(|x| x as f32)) / (4.0 * PI);
-        println!(
-            "{center:?} {face_size}: {} lights, flux {flux}",
-            lights.len()
+        let truth = truth(&renderer, camera, 2, blocked);
+        let polygons = lights(&renderer, &settings);
+        assert!((400..=512).contains(&polygons.len()));
+        for (own, seen) in polygons.flux().into_iter().zip(polygons.gathered_flux()) {
+            assert!((own / seen - 1.0).abs() < 1e-5);
+        }
+        let [polygon_rmse, bias] = errors(&bounce(&renderer, camera, &polygons), &truth);
+        println!("{visibility:?} {shadows}: {polygon_rmse:.4} {bias:+.4}");
+        assert!(polygon_rmse < bound && bias.abs() < 0.02);
+        let points = BounceSettings {
+            kind: VirtualLightKind::Point {
+                least_distance: None,
+            },
+            ..settings
+        };
+        let points = lights(&renderer, &points);
+        let [point_rmse, _] = errors(&bounce(&renderer, camera, &points), &truth);
+        println!("points: {point_rmse:.4}");
+        assert!(point_rmse > 1.5 * polygon_rmse);
+    }
+}
+
+#[test]
+fn further_bounces_and_shadow_maps() {
+    let scene = scene("cornell.glb");
+    let renderer = CpuRenderer::new(&scene);
+    let camera = &scene.cameras[0];
+    let settings = BounceSettings {
+        bounces: 3,
+        centers: BounceCenters::Scene(4),
+        virtual_lights: 256,
+        face_size: 32,
+        visibility: BounceVisibility::Traced,
+        shadows: true,
+        ..BounceSettings::default()
+    };
+    let made = lights(&renderer, &settings);
+    let [rmse, bias] = errors(
+        &bounce(&renderer, camera, &made),
+        &truth(&renderer, camera, 4, [true, true]),
+    );
+    println!("three bounces: {rmse:.4} {bias:+.4}");
+    assert!(rmse < 0.1 && bias.abs() < 0.04);
+
+    let settings = BounceSettings {
+        bounces: 1,
+        method: BounceMethod::ReflectiveShadowMaps,
+        ..settings
+    };
+    let made = lights(&renderer, &settings);
+    let [rmse, bias] = errors(
+        &bounce(&renderer, camera, &made),
+        &truth(&renderer, camera, 2, [true, true]),
+    );
+    println!("shadow maps: {rmse:.4} {bias:+.4}");
+    assert!(rmse < 0.2 && made.len() <= 256);
+    let fault = renderer.virtual_lights(
+        camera,
+        &BounceSettings {
+            bounces: 2,
+            ..settings
+        },
+        Watch::none(),
+    );
+    let fault = fault.unwrap_err().to_string();
+    assert!(fault.contains("reflective shadow maps"), "{fault}");
+}
+
+#[test]
+fn bounce_light_does_not_flicker() {
+    let scene = scene("cornell.glb");
+    let camera = scene.cameras[0].clone();
+    let settings = BounceSettings {
+        virtual_lights: 256,
+        ..BounceSettings::default()
+    };
+    let frame = |scene: &Scene, settings: &BounceSettings| {
+        let renderer = CpuRenderer::new(scene);
+        bounce(&renderer, &camera, &lights(&renderer, settings))
+    };
+    let greatest_change = |frames: &[Pixels]| {
+        let sum = |p: &[f32; 3]| Vec3::from(*p).element_sum();
+        let mean = frames[0].iter().map(sum).sum::<f32>() / frames[0].len() as f32;
+        let change = |pair: &[Pixels]| {
+            let pixels = pair[0].iter().zip(&pair[1]);
+            let changes = pixels.map(|(a, b)| (sum(a) - sum(b)).abs());
+            changes.fold(0.0, f32::max)
+        };
+        frames.windows(2).map(change).fold(0.0, f32::max) / mean
+    };
+    // The lamp moves by millimetres.
+    let mut moving = scene.clone();
+    let frames: Vec<_> = (0..6)
+        .map(|_| {
+            for vertex in moving.polygon_lights[0].loops.iter_mut().flatten() {
+                vertex[0] += 0.002;
+            }
+            frame(&moving, &settings)
+        })
+        .collect();
+    let by_lamp = greatest_change(&frames);
+    // The cube map does.
+    let frames: Vec<_> = (0..6)
+        .map(|step| {
+            let centers = from([0.27 + 0.002 * step as f32, 0.3, 0.15]);
+            let settings = BounceSettings {
+                centers,
+                ..settings.clone()
+            };
+            frame(&scene, &settings)
+        })
+        .collect();
+    let by_cube_map = greatest_change(&frames);
+    println!("greatest change a frame: by lamp {by_lamp:.4}, by cube map {by_cube_map:.4}");
+    assert!(by_lamp < 0.1 && by_cube_map > by_lamp);
+    // Cube maps that were placed in the scene do not know the camera.
+    let renderer = CpuRenderer::new(&scene);
+    let flux = |camera| {
+        let made = renderer.virtual_lights(camera, &settings, Watch::none());
+        made.unwrap().flux()
+    };
+    let first = flux(&scene.cameras[0]);
+    assert_eq!(first, flux(&Camera::framing(&scene)));
+}
+
+#[test]
+fn hostile_scenes_and_places_are_answered() {
+    let empty = Scene::default();
+    let dark = {
+        let mut scene = lit_floor();
+        scene.punctual_lights.clear();
+        scene
+    };
+    let lit = lit_floor();
+    let walled = {
+        // A black box around the centre, seen from inside.
+        let mut scene = lit_floor();
+        scene.materials.push(matte(Vec3::ZERO));
+        let mut inner = scene.meshes.clone();
+        for mesh in &mut inner {
+            mesh.material = 2;
+            mesh.positions.iter_mut().for_each(|p| *p *= 0.1);
+        }
+        scene.meshes.extend(inner);
+        scene
+    };
+    for (scene, center, warning) in [
+        (&empty, [0.0; 3], "no surfaces"),
+        (&dark, [0.0; 3], "no surface that is lit"),
+        (&walled, [0.0; 3], "lit"),
+        (&lit, [0.0, 1e6, 0.0], "adds no bounce light"),
+        (&lit, [f32::NAN; 3], "sees no surface"),
+        (&lit, [f32::INFINITY, 0.0, 0.0], "sees no surface"),
+    ] {
+        let renderer = CpuRenderer::new(scene);
+        let made = lights(
+            &renderer,
+            &BounceSettings {
+                centers: from(center),
+                ..BounceSettings::default()
+            },
         );
+        let said = made.warnings().join("; ");
+        assert!(
+            made.is_empty() && said.contains(warning),
+            "{center:?}: {said}"
+        );
+        assert_eq!(made.flux(), [0.0; 3]);
+    }
+    let renderer = CpuRenderer::new(&lit);
+    for (face_size, virtual_lights, merges, clusters) in [
+        (1, 1, true, true),
+        (1, 7, false, true),
+        (2, 1, false, false),
+        (3, 5, true, false),
+    ] {
+        for center in [[0.0; 3], [0.0, -0.999_999, 0.0], [1.0, -1.0, 1.0]] {
+            let settings = BounceSettings {
+                centers: from(center),
+                face_size,
+                virtual_lights,
+                merges,
+                clusters,
+                ..BounceSettings::default()
+            };
+            let made = lights(&renderer, &settings);
+            assert!(
+                made.len()
+                    <= if clusters {
+                        virtual_lights as usize
+                    } else {
+                        54
+                    }
+            );
+            assert!(made.flux().iter().all(|flux| flux.is_finite()));
+        }
+    }
+    for settings in [
+        BounceSettings {
+            bounces: 0,
+            ..BounceSettings::default()
+        },
+        BounceSettings {
+            face_size: 0,
+            ..BounceSettings::default()
+        },
+        BounceSettings {
+            face_size: 100_000,
+            ..BounceSettings::default()
+        },
+        BounceSettings {
+            virtual_lights: 0,
+            ..BounceSettings::default()
+        },
+        BounceSettings {
+            centers: BounceCenters::Points(vec![[0.0; 3]; 1_000_000]),
+            ..BounceSettings::default()
+        },
+        BounceSettings {
+            centers: BounceCenters::Points(Vec::new()),
+            ..BounceSettings::default()
+        },
+    ] {
+        let camera = Camera::framing(&lit);
+        let fault = renderer.virtual_lights(&camera, &settings, Watch::none());
+        assert!(fault.unwrap_err().to_string().contains("give 1 to"));
     }
 }

@@ -8,9 +8,8 @@ use super::facets::Facet;
 use super::footprint::Convex;
 use super::reduction::{Judge, Patch, Sample};
 
-/// Where texels cover less than this share of a cell, or so much more than all of it, the cell's
-/// outline is not what they see.
-const LEAST_COVERAGE: f64 = 0.5;
+/// Where texels cover less than this share of a cell, its outline is not what they see.
+const LEAST_COVERAGE: f64 = 0.25;
 
 /// Most halvings of a cell that leave all texels on one side.
 const MOST_HALVINGS: u32 = 64;
@@ -77,12 +76,8 @@ impl<'a> Cell<'a> {
         let mean = self.light / self.covered;
         let apart = |f: &Fragment| (f.radiance - mean).abs().element_sum() * f.area;
         let deviation: f64 = self.fragments.iter().map(apart).sum();
-        // Texels that the outline cuts are in or out as their centres are: that says nothing.
-        let [low, high] = self.bounds;
-        let size = high - low;
-        let texel = (self.covered / self.fragments.len() as f64).sqrt();
-        let doubtful = 0.5 * texel * (size.x + size.y);
-        let missing = (self.area() - self.covered - doubtful).max(0.0);
+        let missing = (self.area() - self.doubtful() - self.covered).max(0.0);
+        let size = self.bounds[1] - self.bounds[0];
         self.error = deviation
             + mean.element_sum() * missing.min(self.covered)
             + judge.extent_error(size.length(), self.light());
@@ -100,6 +95,51 @@ impl<'a> Cell<'a> {
     /// Area of the outline.
     fn area(&self) -> f64 {
         signed_area(&self.loops).max(0.0)
+    }
+
+    /// What may be missing of the covered area, or too much, because texels that the facet's outline
+    /// cuts are on it or not as their centres are: half a texel along that outline. What splits cut is
+    /// exact.
+    fn doubtful(&self) -> f64 {
+        let texel = self
+            .fragments
+            .iter()
+            .map(|f| f.area)
+            .fold(0.0, f64::max)
+            .sqrt();
+        let near = 1e-9 * (self.bounds[1] - self.bounds[0]).length();
+        let is_cut = |a: DVec2, b: DVec2| {
+            (0..2).any(|axis| {
+                (0..2).any(|side| {
+                    let line = self.bounds[side][axis];
+                    line != self.facet.bounds[side][axis]
+                        && (a[axis] - line).abs() <= near
+                        && (b[axis] - line).abs() <= near
+                })
+            })
+        };
+        let of_loop = |vertices: &Vec<DVec2>| -> f64 {
+            let following = vertices.iter().cycle().skip(1);
+            let edges = vertices.iter().zip(following);
+            let outer = edges.filter(|&(&a, &b)| !is_cut(a, b));
+            outer.map(|(a, b)| a.distance(*b)).sum()
+        };
+        0.5 * texel * self.loops.iter().map(of_loop).sum::<f64>()
+    }
+
+    /// The area of the outline that emits, if its outline is what emits: all of it where nothing is
+    /// surely missing. Texels on the outline then do not make cells flicker.
+    fn lit_area(&self) -> Option<f64> {
+        let area = self.area();
+        let surely = area - self.doubtful();
+        if !(area > 0.0) || self.covered < LEAST_COVERAGE * surely {
+            return None;
+        }
+        Some(if self.covered >= surely {
+            area
+        } else {
+            area * self.covered / surely
+        })
     }
 
     /// Two halves of the smallest box, of those that come of halving this one again and again, that
@@ -167,9 +207,8 @@ impl<'a> Cell<'a> {
 
     pub(super) fn patch(&self) -> Patch {
         let frame = &self.facet.frame;
-        let area = self.area();
-        let fits = area >= LEAST_COVERAGE * self.covered && self.covered >= LEAST_COVERAGE * area;
-        let mut loops: Vec<Vec<DVec2>> = match fits {
+        let lit = self.lit_area();
+        let mut loops: Vec<Vec<DVec2>> = match lit.is_some() {
             true => self.loops.iter().map(|l| simplified(l)).collect(),
             false => vec![self.rectangle()],
         };
@@ -187,10 +226,10 @@ impl<'a> Cell<'a> {
         let side = if self.from_behind { -1.0 } else { 1.0 };
         Patch {
             loops: loops.iter().map(raised).collect(),
-            area: self.covered,
+            area: lit.unwrap_or(self.covered),
             normal: frame.normal() * side,
             target: frame.raised(self.middle()),
-            flux: self.light * PI,
+            flux: self.light * (PI * lit.map_or(1.0, |area| area / self.covered)),
         }
     }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec3};
 
 use super::footprint::{PlaneFrame, footprint};
-use super::gather::{BounceLights, Gather};
+use super::gather::Gather;
 use super::{BounceCenters, CubeMap};
 use crate::render::{RenderError, Watch};
 use crate::scene::Camera;
@@ -17,7 +17,7 @@ const FACE_SIZE: u32 = 8;
 const PLACES: f32 = 5.0;
 
 /// Parts of the scene's diagonal that make up a piece of surface.
-const PIECES: f64 = 24.0;
+const PIECES: f64 = 12.0;
 
 /// The points that cube maps are to look from.
 pub(super) fn centers(
@@ -36,42 +36,22 @@ pub(super) fn centers(
 /// A piece of surface: a cell of space, and which way the surface faces.
 type Piece = ([i32; 3], usize);
 
-/// Places on a grid, one after the other that which sees the most light that the ones before do not.
+/// Places on a grid, one after the other that which sees the most surface that the ones before do not,
+/// brighter surfaces more so. Whatever the lights do, it stays.
 fn chosen(backend: &impl Gather, count: usize, watch: Watch<'_>) -> Result<Vec<Vec3>, RenderError> {
     let facets = backend.facets();
     let piece_size = facets.scene_diagonal / PIECES;
     let mut open = Vec::new();
     for place in places(facets.scene_bounds) {
-        let mut map = backend.see(
-            place,
-            FACE_SIZE,
-            Watch {
-                progress: &|_, _| {},
-                ..watch
-            },
-        )?;
-        let lights = BounceLights::All { shadows: false };
-        let radiance = backend.radiance(
-            &map,
-            lights,
-            Watch {
-                progress: &|_, _| {},
-                ..watch
-            },
-        )?;
-        for (texel, radiance) in map.texels.iter_mut().zip(radiance) {
-            if let Some(texel) = texel {
-                texel.radiance = radiance.to_array();
-            }
-        }
+        let map = backend.see(place, FACE_SIZE, watch)?;
         open.push((place, pieces(&map, piece_size)));
     }
     let mut seen: HashMap<Piece, f64> = HashMap::new();
     let mut centers = Vec::new();
     while centers.len() < count {
         let gain = |pieces: &Vec<(Piece, f64)>| -> f64 {
-            let missing = |(piece, flux): &(Piece, f64)| {
-                (flux - seen.get(piece).copied().unwrap_or(0.0)).max(0.0)
+            let missing = |(piece, value): &(Piece, f64)| {
+                (value - seen.get(piece).copied().unwrap_or(0.0)).max(0.0)
             };
             pieces.iter().map(missing).sum()
         };
@@ -84,14 +64,14 @@ fn chosen(backend: &impl Gather, count: usize, watch: Watch<'_>) -> Result<Vec<V
             break;
         };
         let (place, pieces) = open.swap_remove(best);
-        for (piece, flux) in pieces {
+        for (piece, value) in pieces {
             let before = seen.entry(piece).or_default();
-            *before = before.max(flux);
+            *before = before.max(value);
         }
         centers.push(place);
     }
     if centers.is_empty() {
-        // Nothing is lit: any place sees as much.
+        // There is no surface: any place sees as much.
         let [low, high] = facets.scene_bounds;
         centers.push((0.5 * (low + high)).as_vec3());
     }
@@ -118,27 +98,33 @@ fn places([low, high]: [DVec3; 2]) -> Vec<Vec3> {
     places
 }
 
-/// The flux of each piece of surface that a cube map sees, over all channels; sorted, so that sums are
-/// the same on any machine.
+/// The area of each piece of surface that a cube map sees, times its albedo over all channels; sorted, so
+/// that sums are the same on any machine.
 fn pieces(map: &CubeMap, piece_size: f64) -> Vec<(Piece, f64)> {
     let eye = Vec3::from(map.center).as_dvec3();
     let spacing = 2.0 / f64::from(map.face_size);
-    let mut pieces: HashMap<Piece, f64> = HashMap::new();
+    let mut seen: HashMap<Piece, [f64; 2]> = HashMap::new();
     for (index, texel) in map.texels.iter().enumerate() {
         let Some(texel) = texel else { continue };
         let position = Vec3::from(texel.position).as_dvec3();
         let normal = Vec3::from(texel.normal).as_dvec3();
         let frame = PlaneFrame::new(position, normal);
         let area = footprint(eye, &map.corners(index), spacing, position, &frame).area();
-        let flux = area * f64::from(Vec3::from(texel.radiance).element_sum());
+        let bright = area * f64::from(Vec3::from(texel.albedo).element_sum());
         let axis = normal.abs().max_position();
         let facing = 2 * axis + usize::from(normal[axis] < 0.0);
         let cell = (position / piece_size).floor().as_ivec3().to_array();
-        if flux > 0.0 && flux.is_finite() {
-            *pieces.entry((cell, facing)).or_default() += flux;
+        if bright > 0.0 && bright.is_finite() {
+            let sums = seen.entry((cell, facing)).or_default();
+            *sums = [sums[0] + bright, sums[1] + area];
         }
     }
-    let mut pieces: Vec<_> = pieces.into_iter().collect();
+    // A texel's footprint may reach far beyond the piece: no piece is more than whole.
+    let whole = piece_size * piece_size;
+    let pieces = seen
+        .into_iter()
+        .map(|(piece, [value, area])| (piece, value * (whole / area).min(1.0)));
+    let mut pieces: Vec<_> = pieces.collect();
     pieces.sort_unstable_by(|a, b| a.0.cmp(&b.0));
     pieces
 }

@@ -45,16 +45,22 @@ pub enum BounceMethod {
 }
 
 /// Where cube maps look from.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum BounceCenters {
     /// The camera.
-    #[default]
     Camera,
     /// These points, in world space.
     Points(Vec<[f32; 3]>),
-    /// As many points as this, chosen in the scene so that they see much of what is lit. They stay
-    /// where they are when the camera moves.
+    /// As many points as this or fewer, chosen in the scene so that together they see much of its
+    /// surfaces. They stay where they are when camera or lights move.
     Scene(u32),
+}
+
+impl Default for BounceCenters {
+    /// Four in the scene: one cube map sees too little, and flickers as it moves.
+    fn default() -> Self {
+        Self::Scene(4)
+    }
 }
 
 /// What stands for the surfaces that light bounces off.

@@ -23,7 +23,7 @@ const LEAST_ERROR: f64 = 1e-6;
 const ALIKE: f64 = 0.05;
 
 /// Fewest texels that make a facet a root.
-const LEAST_TEXELS: usize = 4;
+const LEAST_TEXELS: usize = 8;
 
 /// What one texel sees.
 #[derive(Clone, Debug)]
@@ -122,8 +122,7 @@ pub(super) fn reduced(samples: &[Sample], facets: &Facets, reduction: Reduction)
     let mut rest: Vec<u32> = (0..samples.len() as u32).collect();
     if reduction.merges {
         let most = (count / 2).max(1);
-        let least_texels = LEAST_TEXELS.max(samples.len() / count.max(1));
-        let (flat, others) = by_facet(samples, most, least_texels);
+        let (flat, others) = by_facet(samples, most);
         roots.extend(
             flat.into_iter().map(|(facet, list)| {
                 Node::Cell(Cell::new(samples, &list, facets.get(facet), judge))
@@ -154,17 +153,26 @@ pub(super) fn reduced(samples: &[Sample], facets: &Facets, reduction: Reduction)
         }
     }
     patches.extend(leaves.iter().map(|leaf| leaf.patch(samples)));
+    keep_flux(samples, &mut patches);
     patches
+}
+
+/// Scales all lights alike, so that together they emit what the samples do. What texels on outlines
+/// have too much or too little is spread over all.
+fn keep_flux(samples: &[Sample], patches: &mut [Patch]) {
+    let gathered: DVec3 = samples.iter().map(Sample::flux).sum();
+    let emitted: DVec3 = patches.iter().map(|patch| patch.flux).sum();
+    let scale = gathered / emitted;
+    let scale = DVec3::select(scale.is_finite_mask(), scale, DVec3::ONE);
+    for patch in patches {
+        patch.flux *= scale;
+    }
 }
 
 /// The samples of each facet that is widely seen, and all others.
 ///
 /// Facets have two sides: a list has samples of one. The brightest come first, `most` at most.
-fn by_facet(
-    samples: &[Sample],
-    most: usize,
-    least_texels: usize,
-) -> (Vec<(u32, Vec<u32>)>, Vec<u32>) {
+fn by_facet(samples: &[Sample], most: usize) -> (Vec<(u32, Vec<u32>)>, Vec<u32>) {
     let mut order: Vec<u32> = (0..samples.len() as u32).collect();
     let side = |i: u32| {
         let sample = &samples[i as usize];
@@ -178,7 +186,7 @@ fn by_facet(
     let mut lists = Vec::new();
     for list in order.chunk_by(|&a, &b| side(a) == side(b)) {
         match side(list[0]).0 {
-            Some(facet) if list.len() >= least_texels => {
+            Some(facet) if list.len() >= LEAST_TEXELS => {
                 let flux: DVec3 = list.iter().map(|&i| samples[i as usize].flux()).sum();
                 lists.push((flux.element_sum(), facet, list.to_vec()));
             }
