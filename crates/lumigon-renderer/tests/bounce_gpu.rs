@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use lumigon::{DistanceFieldSettings, DistanceFieldSmoothness, SpecularMethod};
 use lumigon_renderer::{
-    BounceMethod, BounceSettings, BounceVisibility, Camera, CpuRenderer, Gpu, GpuPreference,
-    GpuRenderer, RenderError, RenderSettings, Rendering, Scene, ToneMap, VirtualLightKind,
-    VirtualLights, Watch, srgb8,
+    BounceCenters, BounceMethod, BounceSettings, BounceVisibility, Camera, CpuRenderer, Gpu,
+    GpuPreference, GpuRenderer, RenderError, RenderSettings, Rendering, Scene, ToneMap,
+    VirtualLightKind, VirtualLights, Watch, srgb8,
 };
 
 static GPU: LazyLock<Gpu> = LazyLock::new(|| {
@@ -34,6 +34,7 @@ fn small() -> RenderSettings {
 /// Few texels and lights.
 fn coarse() -> BounceSettings {
     BounceSettings {
+        centers: BounceCenters::Camera,
         face_size: 8,
         virtual_lights: 100,
         ..BounceSettings::default()
@@ -268,7 +269,7 @@ fn virtual_lights_are_those_of_the_cpu() {
             kind,
             method,
             bounces,
-            face_size: 20,
+            face_size: 32,
             ..coarse()
         };
         let on_cpu = cpu
