@@ -3,7 +3,8 @@
 use clap::{Parser, Subcommand};
 
 use crate::{
-    Failure, bench, compare, completions, eval, fit, gpu, images, man, render, scene, shaders,
+    Failure, bench, bounce, compare, completions, eval, fit, gpu, images, man, render, scene,
+    shaders,
 };
 
 /// Light from polygons: any planar polygon lights a scene exactly, without noise
@@ -24,6 +25,7 @@ pub struct Arguments {
 pub enum Command {
     Render(render::Render),
     Compare(compare::Compare),
+    Bounce(bounce::BounceStudy),
     Eval(eval::Eval),
     Scene(scene::SceneCommand),
     Fit(fit::Fit),
@@ -49,6 +51,7 @@ impl Arguments {
         match &self.command {
             Command::Render(command) => command.run(),
             Command::Compare(command) => command.run(),
+            Command::Bounce(command) => command.run(),
             Command::Eval(command) => command.run(),
             Command::Scene(command) => command.run(),
             Command::Fit(command) => command.run(),

@@ -5,6 +5,7 @@
 
 mod arguments;
 mod bench;
+mod bounce;
 mod bounce_light;
 mod camera;
 mod compare;

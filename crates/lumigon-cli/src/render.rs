@@ -306,7 +306,14 @@ impl Render {
         let (diffuse, specular) = self.method.resolve()?;
         self.reference.check()?;
         let bounce = self.bounce()?;
-        let choice = self.choice(&bounce)?;
+        let choice = match (self.reference.reference, self.method.backend) {
+            (false, choice) => choice,
+            (true, BackendChoice::Gpu) => {
+                let message = "--reference runs on the CPU: leave --backend gpu out";
+                return Err(Failure::usage("render", message));
+            }
+            (true, _) => BackendChoice::Cpu,
+        };
         let format = PictureFormat::from_path(&self.output)
             .map_err(|error| Failure::usage("render", &error.to_string()))?;
         check_writable(&self.output)?;
@@ -394,22 +401,6 @@ impl Render {
             Some(message) => Err(Failure::usage("render", message)),
             None => Ok(bounce),
         }
-    }
-
-    /// What can compute that.
-    fn choice(&self, bounce: &Bounce) -> Result<BackendChoice, Failure> {
-        let of_the_cpu = if self.reference.reference {
-            "--reference runs"
-        } else if matches!(bounce, Bounce::Virtual(_)) {
-            "virtual lights run"
-        } else {
-            return Ok(self.method.backend);
-        };
-        if self.method.backend == BackendChoice::Gpu {
-            let message = format!("{of_the_cpu} on the CPU: leave --backend gpu out");
-            return Err(Failure::usage("render", &message));
-        }
-        Ok(BackendChoice::Cpu)
     }
 }
 

@@ -6,22 +6,22 @@ use serde::Serialize;
 
 /// What decides how long a method takes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(super) struct Machine {
+pub(crate) struct Machine {
     /// The processor's model name; none where the system does not tell.
-    pub(super) cpu: Option<String>,
+    pub(crate) cpu: Option<String>,
     /// Threads that render.
-    pub(super) threads: usize,
+    pub(crate) threads: usize,
     /// What rendered the methods; the references are the processor's.
-    pub(super) methods: String,
+    pub(crate) methods: String,
     /// The processor's architecture.
-    pub(super) architecture: &'static str,
+    pub(crate) architecture: &'static str,
     /// The operating system.
-    pub(super) system: &'static str,
+    pub(crate) system: &'static str,
 }
 
 impl Machine {
     /// This one; `methods` says what rendered them.
-    pub(super) fn this(methods: String) -> Self {
+    pub(crate) fn this(methods: String) -> Self {
         let cpu = fs::read_to_string("/proc/cpuinfo")
             .ok()
             .and_then(|text| model_name(&text));

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 /// The scene's file name without its ending.
-pub(super) fn scene_name(path: &Path) -> String {
+pub(crate) fn scene_name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or(path.as_os_str());
     stem.to_string_lossy().into_owned()
 }
 
 /// A fraction as a percentage of about three digits; a dash for none.
-pub(super) fn percent(fraction: Option<f64>) -> String {
+pub(crate) fn percent(fraction: Option<f64>) -> String {
     match fraction.map(|fraction| 100.0 * fraction) {
         None => "–".to_owned(),
         Some(0.0) => "0 %".to_owned(),
@@ -23,7 +23,7 @@ pub(super) fn percent(fraction: Option<f64>) -> String {
 }
 
 /// Seconds in a unit that suits them.
-pub(super) fn duration(seconds: f64) -> String {
+pub(crate) fn duration(seconds: f64) -> String {
     match seconds {
         s if s < 1e-3 => format!("{:.0} µs", s * 1e6),
         s if s < 0.01 => format!("{:.2} ms", s * 1e3),

@@ -72,35 +72,46 @@ impl<'a> Backend<'a> {
         settings: &RenderSettings,
         watch: Watch<'_>,
     ) -> Result<Rendering, RenderError> {
-        let on_gpu = self
-            .gpu
-            .borrow()
-            .as_ref()
-            .map(|gpu| gpu.renderer.render(camera, settings, watch));
-        match on_gpu {
+        self.by_either(
+            |gpu| gpu.render(camera, settings, watch),
+            |cpu| cpu.render(camera, settings, watch),
+        )
+    }
+
+    /// What the GPU does, or the CPU where there is none or it fails.
+    fn by_either<T>(
+        &self,
+        on_gpu: impl FnOnce(&GpuRenderer) -> Result<T, RenderError>,
+        on_cpu: impl FnOnce(&CpuRenderer<'a>) -> Result<T, RenderError>,
+    ) -> Result<T, RenderError> {
+        let by_gpu = self.gpu.borrow().as_ref().map(|gpu| on_gpu(&gpu.renderer));
+        match by_gpu {
             Some(Err(RenderError::Gpu(error))) if self.choice == BackendChoice::Auto => {
                 self.fall_back(&error);
             }
-            Some(rendering) => return rendering,
+            Some(result) => return result,
             None => {}
         }
-        self.cpu().render(camera, settings, watch)
+        on_cpu(self.cpu())
     }
 
-    /// Finds the surfaces that light bounces off, and makes virtual lights of them. The CPU does.
+    /// Finds the surfaces that light bounces off, and makes virtual lights of them.
     ///
     /// # Errors
-    /// As the renderers.
+    /// As [`Backend::render`].
     pub(crate) fn virtual_lights(
         &self,
         camera: &Camera,
         settings: &BounceSettings,
         watch: Watch<'_>,
     ) -> Result<VirtualLights, RenderError> {
-        self.cpu().virtual_lights(camera, settings, watch)
+        self.by_either(
+            |gpu| gpu.virtual_lights(camera, settings, watch),
+            |cpu| cpu.virtual_lights(camera, settings, watch),
+        )
     }
 
-    /// Renders with closed forms, lit by virtual lights too. The CPU does, if there are any.
+    /// Renders with closed forms, lit by virtual lights too.
     ///
     /// # Errors
     /// As [`Backend::render`].
@@ -111,8 +122,10 @@ impl<'a> Backend<'a> {
         lights: &VirtualLights,
         watch: Watch<'_>,
     ) -> Result<Rendering, RenderError> {
-        self.cpu()
-            .render_with_bounce(camera, settings, lights, watch)
+        self.by_either(
+            |gpu| gpu.render_with_bounce(camera, settings, lights, watch),
+            |cpu| cpu.render_with_bounce(camera, settings, lights, watch),
+        )
     }
 
     /// The CPU's renderer, whatever renders closed forms: path tracing is its own.

@@ -15,10 +15,10 @@ const SHRINKAGE: f32 = 0.96;
 const LIFT: f32 = 5e-4;
 
 /// Area of all points together, in squared diagonals of the scene.
-const AREA_OF_POINTS: f32 = 0.01;
+const AREA_OF_POINTS: f32 = 0.05;
 
 /// Radiance of the surfaces, in means of the lights'.
-const SURFACES: f32 = 0.06;
+const SURFACES: f32 = 0.2;
 
 /// Linear reflectance of the surfaces.
 const GREY: f32 = 0.5;

@@ -8,35 +8,27 @@ use super::device::{Waited, lock};
 use super::error::GpuError;
 use super::frame::View;
 use super::light_set::LightSet;
-use super::renderer::{GpuRenderer, Kept, NO_RAYS_TO_VIRTUAL_LIGHTS};
+use super::rays::TracedLights;
+use super::renderer::{GpuRenderer, Kept};
 use crate::bounce::{
-    BounceLights, BounceSettings, BounceVisibility, CubeMap, Facets, Gather, VirtualLights,
-    light_places, virtual_lights,
+    BounceLights, BounceSettings, CubeMap, Facets, Gather, VirtualLights, light_places,
+    virtual_lights,
 };
 use crate::render::{RenderError, RenderSettings, Rendering, Watch};
 use crate::scene::Camera;
-
-const NO_RAYS_TO_LIGHTS: GpuError = GpuError::NoRays {
-    what: "lights before the first bounce",
-};
 
 impl GpuRenderer {
     /// Finds the surfaces that light bounces off, and makes virtual lights of them, as
     /// [`CpuRenderer::virtual_lights`](crate::CpuRenderer::virtual_lights) does.
     ///
     /// # Errors
-    /// Where a setting is out of range, where surfaces are to block light, when cancelled, and where the
-    /// device fails.
+    /// Where a setting is out of range, when cancelled, and where the device fails.
     pub fn virtual_lights(
         &self,
         camera: &Camera,
         settings: &BounceSettings,
         watch: Watch<'_>,
     ) -> Result<VirtualLights, RenderError> {
-        // Before any work.
-        if settings.visibility == BounceVisibility::Traced {
-            return Err(NO_RAYS_TO_VIRTUAL_LIGHTS.into());
-        }
         *lock(&self.bounce_time) = 0.0;
         virtual_lights(self, camera, settings, watch)
     }
@@ -51,6 +43,16 @@ impl GpuRenderer {
         set.with_emission = false;
         if let BounceLights::One { light, .. } = lights {
             set.only = Some(self.lighting.part_of(light));
+        }
+        let shadows = match lights {
+            BounceLights::All { shadows } | BounceLights::One { shadows, .. } => shadows,
+            BounceLights::Virtual(_) => false,
+        };
+        if shadows {
+            let rays = self.rays()?;
+            let of_polygons = || self.lighting.targets(&self.gpu);
+            let targets = self.gpu.guarded("points of lights", of_polygons)?;
+            set.traced = Some(TracedLights { rays, targets });
         }
         Ok(set)
     }
@@ -132,15 +134,6 @@ impl Gather for GpuRenderer {
         lights: BounceLights<'_>,
         watch: Watch<'_>,
     ) -> Result<Vec<Vec3>, RenderError> {
-        match lights {
-            BounceLights::All { shadows: true } | BounceLights::One { shadows: true, .. } => {
-                return Err(NO_RAYS_TO_LIGHTS.into());
-            }
-            BounceLights::Virtual(lights) if lights.targets.is_some() => {
-                return Err(NO_RAYS_TO_VIRTUAL_LIGHTS.into());
-            }
-            _ => {}
-        }
         let size = map.face_size;
         let settings = RenderSettings {
             width: size,
@@ -159,7 +152,7 @@ impl Gather for GpuRenderer {
             ..
         } = &mut *kept;
         let set = match lights {
-            BounceLights::Virtual(lights) => self.virtual_lighting(virtual_lighting, lights)?.set(),
+            BounceLights::Virtual(lights) => self.virtual_light_set(virtual_lighting, lights)?,
             _ => self.lights_of(lights, &settings)?,
         };
         let sets = [set];
