@@ -36,6 +36,7 @@ fn small() -> RenderSettings {
 /// Few texels and lights.
 fn coarse() -> BounceSettings {
     BounceSettings {
+        centers: BounceCenters::Camera,
         face_size: 8,
         virtual_lights: 100,
         ..BounceSettings::default()
@@ -238,7 +239,7 @@ fn virtual_lights_are_those_of_the_cpu() {
             kind,
             method,
             bounces,
-            face_size: 20,
+            face_size: 32,
             ..coarse()
         };
         let on_cpu = cpu
