@@ -54,6 +54,7 @@ impl Chart<'_> {
             .axis_style(theme.faded)
             .x_labels(0)
             .y_labels(0)
+            .label_style(theme.text(TICK, theme.ink))
             .axis_desc_style(theme.text(LABEL, theme.ink))
             .x_desc(self.x_label)
             .y_desc(self.y_label)

@@ -155,7 +155,6 @@ impl<'a> Backend<'a> {
         self.gpu.take();
         let reason = match error {
             GpuError::NoAdapter { .. } => "there is no hardware GPU",
-            GpuError::NoRays { .. } => "it alone traces rays",
             _ => {
                 eprintln!("warning: {error}; the CPU renders instead");
                 "the GPU failed"

@@ -16,6 +16,9 @@ const FACE_SIZE: u32 = 8;
 /// Places along the longest side of the scene's box.
 const PLACES: f32 = 5.0;
 
+/// Most places that are chosen.
+const MOST_PLACES: usize = 64;
+
 /// Parts of the scene's diagonal that make up a piece of surface.
 const PIECES: f64 = 12.0;
 
@@ -29,7 +32,17 @@ pub(super) fn centers(
     match centers {
         BounceCenters::Camera => Ok(vec![camera.world_from_camera.translation.into()]),
         BounceCenters::Points(points) => Ok(points.iter().map(|&p| p.into()).collect()),
-        BounceCenters::Scene(count) => chosen(backend, *count as usize, watch),
+        BounceCenters::Scene(count) => {
+            let kept = &backend.facets().places;
+            let all = match kept.get() {
+                Some(all) => all,
+                None => {
+                    let all = chosen(backend, watch)?;
+                    kept.get_or_init(|| all)
+                }
+            };
+            Ok(all.iter().copied().take(*count as usize).collect())
+        }
     }
 }
 
@@ -38,7 +51,7 @@ type Piece = ([i32; 3], usize);
 
 /// Places on a grid, one after the other that which sees the most surface that the ones before do not,
 /// brighter surfaces more so. Whatever the lights do, it stays.
-fn chosen(backend: &impl Gather, count: usize, watch: Watch<'_>) -> Result<Vec<Vec3>, RenderError> {
+fn chosen(backend: &impl Gather, watch: Watch<'_>) -> Result<Vec<Vec3>, RenderError> {
     let facets = backend.facets();
     let piece_size = facets.scene_diagonal / PIECES;
     let mut open = Vec::new();
@@ -48,7 +61,7 @@ fn chosen(backend: &impl Gather, count: usize, watch: Watch<'_>) -> Result<Vec<V
     }
     let mut seen: HashMap<Piece, f64> = HashMap::new();
     let mut centers = Vec::new();
-    while centers.len() < count {
+    while centers.len() < MOST_PLACES {
         let gain = |pieces: &Vec<(Piece, f64)>| -> f64 {
             let missing = |(piece, value): &(Piece, f64)| {
                 (value - seen.get(piece).copied().unwrap_or(0.0)).max(0.0)

@@ -1,6 +1,8 @@
 //! The flat parts of a scene's surfaces.
 
-use glam::{DVec2, DVec3};
+use std::sync::OnceLock;
+
+use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::footprint::PlaneFrame;
@@ -27,6 +29,8 @@ pub(crate) struct Facets {
     pub(super) scene_diagonal: f64,
     /// Corners of that box.
     pub(super) scene_bounds: [DVec3; 2],
+    /// Where cube maps see much of the scene, once they have been sought: first the one that sees most.
+    pub(super) places: OnceLock<Vec<Vec3>>,
 }
 
 /// A triangle without a facet.

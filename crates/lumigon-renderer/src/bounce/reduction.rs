@@ -265,3 +265,161 @@ impl PartialEq for Node<'_> {
 }
 
 impl Eq for Node<'_> {}
+
+#[cfg(test)]
+mod tests {
+    use super::super::CubeMap;
+    use super::super::footprint::footprint;
+    use super::*;
+    use crate::scene::{Mesh, Scene};
+    use glam::Vec3;
+
+    /// A floor two metres wide at y = -1 with a square hole.
+    fn floor() -> Scene {
+        let at = |x: f32, z: f32| Vec3::new(x, -1.0, z);
+        let ring = |r: f32| [at(-r, r), at(r, r), at(r, -r), at(-r, -r)];
+        let positions = [ring(1.0), ring(0.5)].concat();
+        let side = |i: u32| {
+            let next = (i + 1) % 4;
+            [[i, next, 4 + next], [i, 4 + next, 4 + i]]
+        };
+        Scene {
+            meshes: vec![Mesh {
+                normals: vec![Vec3::Y; 8],
+                positions,
+                triangles: (0..4).flat_map(side).collect(),
+                ..Mesh::default()
+            }],
+            materials: vec![crate::scene::Material::default()],
+            ..Scene::default()
+        }
+    }
+
+    /// What texels of a cube map over the floor see of it, radiance growing with x.
+    fn samples(facets: &Facets, eye: DVec3, slope: f64) -> Vec<Sample> {
+        let map = CubeMap {
+            center: eye.as_vec3().to_array(),
+            face_size: 24,
+            texels: Vec::new(),
+        };
+        let frame = facets.get(0).frame;
+        (0..6 * 24 * 24)
+            .filter_map(|index| {
+                let corners = map.corners(index);
+                let direction: DVec3 = corners.iter().sum::<DVec3>() * 0.25;
+                let position = eye + direction * ((-1.0 - eye.y) / direction.y);
+                let reach = position.x.abs().max(position.z.abs());
+                if direction.y >= 0.0 || !(0.5..1.0).contains(&reach) {
+                    return None;
+                }
+                Some(Sample {
+                    facet: Some(0),
+                    position,
+                    normal: DVec3::Y,
+                    radiance: DVec3::new(1.0, 0.5, 0.25) * (1.0 + slope * position.x),
+                    weight: 1.0,
+                    footprint: footprint(eye, &corners, 2.0 / 24.0, position, &frame),
+                    frame,
+                })
+            })
+            .collect()
+    }
+
+    fn flux(patches: &[Patch]) -> DVec3 {
+        patches.iter().map(|patch| patch.flux).sum()
+    }
+
+    const WHOLE: Reduction = Reduction {
+        merges: true,
+        count: Some(64),
+        extent_weight: 0.0,
+    };
+
+    #[test]
+    fn an_even_surface_is_one_light_of_its_outline() {
+        let facets = Facets::new(&floor());
+        let samples = samples(&facets, DVec3::new(0.1, 0.0, 0.05), 0.0);
+        let patches = reduced(&samples, &facets, WHOLE);
+        assert_eq!(patches.len(), 1);
+        let [patch] = patches.as_slice() else { return };
+        assert_eq!(patch.loops.iter().map(Vec::len).collect::<Vec<_>>(), [4, 4]);
+        assert!((patch.area - 3.0).abs() < 1e-6, "{}", patch.area);
+        assert!(patch.normal.distance(DVec3::Y) < 1e-6);
+        // A point of the floor, not of its hole.
+        let reach = patch.target.x.abs().max(patch.target.z.abs());
+        assert!((0.45..1.05).contains(&reach), "{}", patch.target);
+    }
+
+    #[test]
+    fn flux_is_kept_and_lights_are_counted() {
+        let facets = Facets::new(&floor());
+        let samples = samples(&facets, DVec3::new(0.1, 0.0, 0.05), 0.8);
+        let seen: DVec3 = samples.iter().map(Sample::flux).sum();
+        for merges in [true, false] {
+            for count in [None, Some(1), Some(2), Some(7), Some(64), Some(100_000)] {
+                for extent_weight in [0.0, 1.0] {
+                    let reduction = Reduction {
+                        merges,
+                        count,
+                        extent_weight,
+                    };
+                    let patches = reduced(&samples, &facets, reduction);
+                    assert!((flux(&patches) / seen - 1.0).abs().max_element() < 1e-12);
+                    let most = count.unwrap_or(usize::MAX);
+                    assert!((1..=most).contains(&patches.len()));
+                    if (2..100).contains(&most) {
+                        assert_eq!(patches.len(), most, "{reduction:?}");
+                    }
+                }
+            }
+        }
+        let alike = Reduction {
+            count: None,
+            ..WHOLE
+        };
+        let alike = reduced(&samples, &facets, alike).len();
+        assert!((2..samples.len()).contains(&alike), "{alike}");
+    }
+
+    #[test]
+    fn lights_do_not_follow_the_cube_map() {
+        let facets = Facets::new(&floor());
+        let of = |x: f64| {
+            let samples = samples(&facets, DVec3::new(x, 0.0, 0.05), 0.8);
+            let patches = reduced(&samples, &facets, WHOLE);
+            let mut loops: Vec<_> = patches.into_iter().map(|patch| patch.loops).collect();
+            loops.sort_by(|a, b| a.partial_cmp(b).unwrap());
+            loops
+        };
+        let (first, second) = (of(0.1), of(0.13));
+        let kept = second.iter().filter(|loops| first.contains(loops)).count();
+        assert!(kept >= 40, "{kept} of {} stay", first.len());
+    }
+
+    #[test]
+    fn what_is_no_facet_becomes_rectangles() {
+        let facets = Facets::new(&floor());
+        let mut samples = samples(&facets, DVec3::new(0.1, 0.0, 0.05), 0.0);
+        for sample in &mut samples {
+            sample.facet = None;
+        }
+        let one = Reduction {
+            count: Some(1),
+            ..WHOLE
+        };
+        let patches = reduced(&samples, &facets, one);
+        let [patch] = patches.as_slice() else {
+            panic!("{} lights", patches.len())
+        };
+        assert_eq!(patch.loops[0].len(), 4);
+        // Its moments are the ring's: 2/12 times (16 - 1)/(4 - 1) of a unit square's.
+        let width = DVec3::from(patch.loops[0][0]).distance(DVec3::from(patch.loops[0][1]));
+        assert!(
+            (width / (12.0 * 5.0 / 12.0_f64).sqrt() - 1.0).abs() < 0.03,
+            "{width}"
+        );
+        // A surface point next to the middle.
+        assert!(samples.iter().any(|sample| sample.position == patch.target));
+        assert!(reduced(&[], &facets, WHOLE).is_empty());
+    }
+}

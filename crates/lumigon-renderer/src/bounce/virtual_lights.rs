@@ -43,8 +43,8 @@ pub struct VirtualLights {
     pub(crate) points: Vec<VirtualPoint>,
     /// One for each light, if surfaces block them.
     pub(crate) targets: Option<LightTargets>,
-    gathered: Gathered,
-    warnings: Vec<String>,
+    pub(super) gathered: Gathered,
+    pub(super) warnings: Vec<String>,
 }
 
 impl VirtualLights {

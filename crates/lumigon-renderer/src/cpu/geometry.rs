@@ -12,7 +12,7 @@ use obvhs::triangle::Triangle;
 use crate::scene::{AlphaMode, Scene, SurfaceSample};
 
 /// Every triangle of a scene in one hierarchy.
-pub(super) struct Geometry {
+pub(crate) struct Geometry {
     hierarchy: Option<CwBvh>,
     triangles: Vec<TracedTriangle>,
     /// Rays that start on a surface skip this distance, relative to the scene's size.
@@ -60,8 +60,19 @@ impl TriangleHit {
     }
 }
 
+/// The distance from surfaces that rays which start or end on them leave out: relative to the scene's
+/// size, or to its distance from the origin, where coordinates are that coarse.
+pub(crate) fn ray_epsilon(scene: &Scene) -> f32 {
+    let extent = scene.bounds().map_or(0.0, |(low, high)| {
+        (high - low)
+            .length()
+            .max(low.abs().max(high.abs()).max_element())
+    });
+    extent * 1e-5
+}
+
 impl Geometry {
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let mut triangles = Vec::new();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
             let material = &scene.materials[mesh.material];
@@ -88,15 +99,10 @@ impl Geometry {
                 &mut Duration::default(),
             )
         });
-        let extent = scene.bounds().map_or(0.0, |(low, high)| {
-            (high - low)
-                .length()
-                .max(low.abs().max(high.abs()).max_element())
-        });
         Self {
             hierarchy,
             triangles,
-            epsilon: extent * 1e-5,
+            epsilon: ray_epsilon(scene),
         }
     }
 
@@ -129,7 +135,7 @@ impl Geometry {
     }
 
     /// Whether anything lies between two distances along a ray.
-    pub(super) fn occluded(
+    pub(crate) fn occluded(
         &self,
         scene: &Scene,
         origin: Vec3,

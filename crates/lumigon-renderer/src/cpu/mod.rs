@@ -30,7 +30,7 @@ use crate::scene::{Camera, Scene};
 
 use distance_fields::FieldCache;
 use fitted_lobes::FittedLobes;
-use geometry::Geometry;
+pub(crate) use geometry::{Geometry, ray_epsilon};
 use hits::{Hits, Wanted};
 use lobes::Scattered;
 pub(crate) use pixel_samples::pixel_samples;

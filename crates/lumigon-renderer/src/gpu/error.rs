@@ -56,14 +56,6 @@ pub enum GpuError {
     /// The lights' distance fields are more than the device's buffers hold.
     #[error(transparent)]
     TooManyFields(#[from] lumigon_wgpu::TooManyFields),
-    /// Surfaces are to block light.
-    #[error(
-        "the GPU does not trace which surfaces block {what}: render without that, or use the CPU"
-    )]
-    NoRays {
-        /// Which light.
-        what: &'static str,
-    },
     /// The device does not finish its work.
     #[error(
         "the GPU has not answered for {seconds} s: its driver may hang; restart it, or use the CPU"

@@ -6,8 +6,9 @@ use lumigon_wgpu::{Light, LightBuffers, Tables, clusters, order_by_place};
 use super::device::Gpu;
 use super::error::GpuError;
 use super::parts::{EDGES_A_POINT, Effort, Part, edges, parts};
+use super::rays::{Rays, TargetList, TracedLights};
 use super::shading::MOST_PARTS;
-use crate::bounce::{VirtualLights, VirtualPoint};
+use crate::bounce::{LightTargets, VirtualLights, VirtualPoint};
 use crate::scene::{PunctualKind, PunctualLight};
 
 /// Some lights: the scene's, or virtual ones.
@@ -26,14 +27,20 @@ pub(super) struct LightSet<'a> {
     pub(super) with_emission: bool,
     /// These of them alone, if any.
     pub(super) only: Option<Part>,
+    /// Where surfaces block them.
+    pub(super) traced: Option<TracedLights<'a>>,
 }
 
 impl LightSet<'_> {
     /// In parts whose loops end after `most_rounds` together, or after more, where these were more
     /// than [`MOST_PARTS`].
-    pub(super) fn parts(&self, effort: Effort, mut most_rounds: u64) -> Vec<Part> {
+    pub(super) fn parts(&self, mut effort: Effort, mut most_rounds: u64) -> Vec<Part> {
         if let Some(only) = &self.only {
             return vec![only.clone()];
+        }
+        if let Some(TracedLights { rays, targets }) = self.traced {
+            effort.rounds_a_ray = rays.rounds_a_ray();
+            effort.rays = u64::from(targets.per_light);
         }
         loop {
             let parts = parts(self.polygons, self.punctual_count, effort, most_rounds);
@@ -54,7 +61,17 @@ impl LightSet<'_> {
                 (polygons, punctual.len() as u32)
             }
         };
-        edges(polygons, taps).min(most_of_polygons) + u64::from(punctual) * EDGES_A_POINT
+        let of_polygons = edges(polygons, taps);
+        let counting = of_polygons.min(most_of_polygons);
+        let all = counting + u64::from(punctual) * EDGES_A_POINT;
+        let Some(TracedLights { rays, targets }) = self.traced else {
+            return all;
+        };
+        let to_polygons = polygons.len() as u64 * u64::from(targets.per_light);
+        // As many of them as of the edges.
+        let to_counting =
+            u128::from(to_polygons) * u128::from(counting) / u128::from(of_polygons.max(1));
+        all + (to_counting as u64 + u64::from(punctual)) * rays.edges_a_ray()
     }
 }
 
@@ -127,6 +144,8 @@ pub(super) struct VirtualLighting {
     /// Of each of them the place among those that were given.
     order: Vec<usize>,
     points: Vec<VirtualPoint>,
+    /// Where rays to them go, as it was given, and sorted like them.
+    targets: Option<(LightTargets, TargetList)>,
 }
 
 impl VirtualLighting {
@@ -142,6 +161,19 @@ impl VirtualLighting {
         let polygons: Vec<_> = order.iter().map(|&i| lights.polygons[i].clone()).collect();
         let buffers = LightBuffers::new(device, queue, &polygons)?;
         let records: Vec<_> = lights.points.iter().map(PunctualRecord::from).collect();
+        let sorted = |targets: &LightTargets| {
+            let of = |&light: &usize| {
+                let start = light * targets.per_light;
+                targets.points[start..start + targets.per_light].iter()
+            };
+            let sorted = LightTargets {
+                per_light: targets.per_light,
+                // Points are their own.
+                points: order.iter().flat_map(of).copied().collect(),
+            };
+            Ok::<_, GpuError>((targets.clone(), TargetList::new(gpu, &sorted)?))
+        };
+        let targets = lights.targets.as_ref().map(sorted).transpose()?;
         Ok(Self {
             bind_group: lumigon_wgpu::bind_group(device, layout, &buffers, tables),
             clusters: gpu.storage("clusters of virtual lights", &clusters(&polygons))?,
@@ -149,6 +181,7 @@ impl VirtualLighting {
             polygons,
             order,
             points: lights.points.clone(),
+            targets,
         })
     }
 
@@ -158,12 +191,19 @@ impl VirtualLighting {
         let kept = self.order.iter().zip(&self.polygons);
         self.polygons.len() == lights.polygons.len()
             && self.points == lights.points
+            && self.targets.as_ref().map(|(given, _)| given) == lights.targets.as_ref()
             && kept
                 .into_iter()
                 .all(|(&i, kept)| lights.polygons[i] == *kept)
     }
 
-    pub(super) fn set(&self) -> LightSet<'_> {
+    /// Whether surfaces block them.
+    pub(super) fn is_traced(&self) -> bool {
+        self.targets.is_some()
+    }
+
+    /// With rays where surfaces block them.
+    pub(super) fn set<'a>(&'a self, rays: Option<&'a Rays>) -> LightSet<'a> {
         LightSet {
             bind_group: self.bind_group.clone(),
             clusters: &self.clusters,
@@ -173,6 +213,10 @@ impl VirtualLighting {
             has_images: false,
             with_emission: false,
             only: None,
+            traced: rays.and_then(|rays| {
+                let (_, targets) = self.targets.as_ref()?;
+                Some(TracedLights { rays, targets })
+            }),
         }
     }
 }

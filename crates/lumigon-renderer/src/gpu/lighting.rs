@@ -15,6 +15,8 @@ use super::distance_fields::FieldCache;
 use super::error::GpuError;
 use super::light_set::{LightSet, PunctualRecord};
 use super::parts::Part;
+use super::rays::TargetList;
+use crate::bounce::LightTargets;
 use crate::prepared_lights::PreparedLights;
 use crate::render::{RenderError, RenderSettings};
 use crate::scene::{EmissivePolygon, PunctualLight, Texture};
@@ -37,6 +39,8 @@ pub(super) struct Lighting {
     punctual: wgpu::Buffer,
     punctual_count: u32,
     fields: FieldCache,
+    /// Where rays to the polygons go, made when it is asked for.
+    targets: OnceLock<TargetList>,
     pub(super) warnings: Vec<String>,
 }
 
@@ -68,6 +72,7 @@ impl Lighting {
             punctual: gpu.storage("lights without extent", &records)?,
             punctual_count: records.len() as u32,
             fields: FieldCache::new(&lights),
+            targets: OnceLock::new(),
             lights,
             sources,
             warnings,
@@ -90,7 +95,17 @@ impl Lighting {
             has_images: self.has_images(),
             with_emission: true,
             only: None,
+            traced: None,
         })
+    }
+
+    /// Where rays to the polygons go.
+    pub(super) fn targets(&self, gpu: &Gpu) -> Result<&TargetList, GpuError> {
+        if let Some(targets) = self.targets.get() {
+            return Ok(targets);
+        }
+        let targets = TargetList::new(gpu, &LightTargets::spread(&self.lights))?;
+        Ok(self.targets.get_or_init(|| targets))
     }
 
     fn bind_group_for(
@@ -255,6 +270,7 @@ impl Lighting {
             queue.write_buffer(&self.clusters, 0, bytes);
         }
         self.fields = FieldCache::new(&lights);
+        self.targets = OnceLock::new();
         self.lights = lights;
         self.sources = sources;
         self.replaced.clear();

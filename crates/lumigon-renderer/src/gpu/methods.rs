@@ -20,11 +20,12 @@ pub(super) struct Methods {
     culls_lights: bool,
     has_images: bool,
     conventional_images: bool,
+    traces_lights: bool,
 }
 
 impl Methods {
-    /// For lights of which some have images, or none.
-    pub(super) fn new(settings: &RenderSettings, has_images: bool) -> Self {
+    /// For lights of which some have images, or none, and which surfaces block, or not.
+    pub(super) fn new(settings: &RenderSettings, has_images: bool, traces_lights: bool) -> Self {
         // The numbers are the shaders' DIFFUSE, BASIS and SPECULAR constants.
         let (diffuse, basis, occlusion) = match settings.diffuse {
             DiffuseMethod::Exact { occlusion } => (0, 0, occlusion),
@@ -67,6 +68,7 @@ impl Methods {
             culls_lights: settings.light_bound > 0.0 && bounded,
             has_images,
             conventional_images: has_images && settings.image_method == ImageMethod::Lookup,
+            traces_lights,
         }
     }
 
@@ -80,6 +82,11 @@ impl Methods {
         .map(u64::from);
         let lobes = if self.two_lobes { 2 } else { 1 };
         2 + lobes * (1 + coats) + coats + sheens + rough
+    }
+
+    /// Whether surfaces block light.
+    pub(super) fn traces_lights(self) -> bool {
+        self.traces_lights
     }
 
     /// Whether lights that add too little are left out.

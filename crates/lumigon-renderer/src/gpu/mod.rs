@@ -13,6 +13,7 @@ mod light_set;
 mod lighting;
 mod methods;
 mod parts;
+mod rays;
 mod record;
 mod renderer;
 mod scene_buffers;

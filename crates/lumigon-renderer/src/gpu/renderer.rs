@@ -15,6 +15,7 @@ use super::light_set::{LightSet, VirtualLighting};
 use super::lighting::Lighting;
 use super::methods::Methods;
 use super::parts::{Effort, Part};
+use super::rays::Rays;
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
 use super::shading::{self, PIXEL, Pass, Shading, ShadingRecord};
 use super::tile::{Tile, tile_size, tiles};
@@ -47,10 +48,6 @@ const SOFTWARE_ROUNDS: u64 = 60_000;
 /// Edges of the lights that are left of many where those that add little are left out, about.
 const MOST_COUNTING_EDGES: u64 = 1000;
 
-pub(super) const NO_RAYS_TO_VIRTUAL_LIGHTS: GpuError = GpuError::NoRays {
-    what: "virtual lights",
-};
-
 /// How long the device worked on the last picture, and on the last virtual lights.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GpuTimings {
@@ -76,6 +73,8 @@ pub struct GpuRenderer {
     /// What bounce light needs of the scene: triangles, and lights without extent.
     pub(super) shapes: Scene,
     pub(super) facets: OnceLock<Facets>,
+    /// Made when surfaces are first to block light.
+    rays: OnceLock<Rays>,
     pub(super) face_raster: OnceLock<FaceRaster>,
     pub(super) clock: Option<Clock>,
     /// One picture or cube map at a time.
@@ -131,6 +130,7 @@ impl GpuRenderer {
             textures,
             shapes,
             facets: OnceLock::new(),
+            rays: OnceLock::new(),
             face_raster: OnceLock::new(),
             clock: Clock::new(gpu),
             kept: Mutex::default(),
@@ -210,9 +210,6 @@ impl GpuRenderer {
         watch: Watch<'_>,
     ) -> Result<Rendering, RenderError> {
         check_size(settings.width, settings.height, settings.samples)?;
-        if virtual_lights.targets.is_some() {
-            return Err(NO_RAYS_TO_VIRTUAL_LIGHTS.into());
-        }
         let (width, height) = (settings.width, settings.height);
         let mut picture = Rendering::black(width, height)?;
         let Some(view) = View::new(camera, [width, height], self.scene.bounds) else {
@@ -230,10 +227,7 @@ impl GpuRenderer {
             sets.push(self.lighting.set(&self.gpu, settings)?);
         }
         if !virtual_lights.is_empty() {
-            sets.push(
-                self.virtual_lighting(virtual_lighting, virtual_lights)?
-                    .set(),
-            );
+            sets.push(self.virtual_light_set(virtual_lighting, virtual_lights)?);
         }
         let done = self.gpu.guarded("a picture", || {
             self.render_into(&mut picture, &view, settings, &sets, watch, equipment)
@@ -261,12 +255,23 @@ impl GpuRenderer {
         *lock(&self.timings)
     }
 
+    /// Rays through the scene, for lights that surfaces block.
+    pub(super) fn rays(&self) -> Result<&Rays, GpuError> {
+        if let Some(rays) = self.rays.get() {
+            return Ok(rays);
+        }
+        let rays = self.gpu.guarded("the hierarchy of triangles", || {
+            Rays::new(&self.gpu, &self.shapes, &self.scene.order)
+        })?;
+        Ok(self.rays.get_or_init(|| rays))
+    }
+
     /// The virtual lights on the device: those that were kept, if they are the same.
-    pub(super) fn virtual_lighting<'a>(
-        &self,
+    pub(super) fn virtual_light_set<'a>(
+        &'a self,
         kept: &'a mut Option<VirtualLighting>,
         lights: &VirtualLights,
-    ) -> Result<&'a VirtualLighting, GpuError> {
+    ) -> Result<LightSet<'a>, GpuError> {
         let found = match kept.take() {
             Some(same) if same.is(lights) => same,
             // Not both at once in memory.
@@ -278,7 +283,9 @@ impl GpuRenderer {
                 })?
             }
         };
-        Ok(kept.insert(found))
+        let lighting = kept.insert(found);
+        let rays = lighting.is_traced().then(|| self.rays()).transpose()?;
+        Ok(lighting.set(rays))
     }
 
     /// Milliseconds of visibility and of shading, 0 without a clock; `None` when cancelled.
@@ -312,7 +319,7 @@ impl GpuRenderer {
             Some(kept) if kept.tile == largest => kept,
             other => other.insert(Equipment::new(&self.gpu, &self.shading, largest)),
         };
-        let passes = self.passes(sets, settings, equipment);
+        let passes = self.passes(sets, settings, equipment)?;
         let pixels = u64::from(largest[0]) * u64::from(largest[1]);
         let work = pixels.saturating_mul(edges);
         let at_once = (most_work / work).clamp(1, FRAMES as u64) as usize;
@@ -406,27 +413,25 @@ impl GpuRenderer {
         sets: &[LightSet<'_>],
         settings: &RenderSettings,
         equipment: &Equipment,
-    ) -> Vec<Pass> {
+    ) -> Result<Vec<Pass>, GpuError> {
         let mut records = Vec::new();
         let mut passes = Vec::new();
         for set in sets {
-            let methods = Methods::new(settings, set.has_images);
+            let methods = Methods::new(settings, set.has_images, set.traced.is_some());
             let first = records.len();
             let parts = self.parts(set, methods, settings.image_method.taps());
-            records.extend(
-                (0..).zip(&parts).map(|(i, part)| {
-                    ShadingRecord::new(settings, part, set.with_emission && i == 0)
-                }),
-            );
+            records.extend((0..).zip(&parts).map(|(i, part)| {
+                ShadingRecord::new(settings, part, set.with_emission && i == 0, set.traced)
+            }));
             passes.push(Pass {
-                pipeline: self.shading.pipeline(&self.gpu, methods),
+                pipeline: self.shading.pipeline(&self.gpu, methods)?,
                 lights: set.bind_group.clone(),
-                sums: self.shading.bind_group(&self.gpu, set, &equipment.sums),
+                sums: self.shading.bind_group(&self.gpu, set, &equipment.sums)?,
                 parts: first..records.len(),
             });
         }
         self.shading.set(&self.gpu, &records);
-        passes
+        Ok(passes)
     }
 
     /// The lights in parts that one dispatch each adds.
@@ -435,6 +440,9 @@ impl GpuRenderer {
             walks: methods.walks(self.scene.features),
             means: methods.image_means(self.scene.features),
             taps,
+            rays: 0,
+            rounds_a_ray: 0,
+            culls_lights: methods.culls_lights(),
         };
         let most_rounds = if self.gpu.adapter().is_software() {
             SOFTWARE_ROUNDS
@@ -446,7 +454,8 @@ impl GpuRenderer {
 
     /// Edges that a pixel goes through, about.
     fn edges(&self, set: &LightSet<'_>, settings: &RenderSettings) -> u64 {
-        let most = if Methods::new(settings, set.has_images).culls_lights() {
+        let methods = Methods::new(settings, set.has_images, set.traced.is_some());
+        let most = if methods.culls_lights() {
             MOST_COUNTING_EDGES
         } else {
             u64::MAX

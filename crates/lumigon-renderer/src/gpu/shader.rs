@@ -12,11 +12,15 @@ macro_rules! modules {
 
 /// What the entry points import, beside the library and the lights' bindings.
 const MODULES: &[(&str, &str)] = modules![
-    "frame", "geometry", "lobes", "material", "punctual", "surface", "texture",
+    "frame", "geometry", "lobes", "material", "punctual", "rays", "surface", "texture",
 ];
 
 pub(super) const VISIBILITY: &str = include_str!("shaders/visibility.wesl");
 pub(super) const SHADE: &str = include_str!("shaders/shade.wesl");
+
+/// What `shadow_rays` is where surfaces block light, and where they do not.
+const SHADOW_RAYS: &str = include_str!("shaders/shadow_rays.wesl");
+const NO_SHADOW_RAYS: &str = include_str!("shaders/no_shadow_rays.wesl");
 
 /// A linked shader and its WGSL.
 pub(super) struct Shader {
@@ -25,8 +29,19 @@ pub(super) struct Shader {
 }
 
 impl Shader {
+    /// Without rays to lights.
     pub(super) fn new(gpu: &Gpu, label: &str, root: &str) -> Result<Self, GpuError> {
-        let wgsl = wgsl(root)?;
+        Self::with(gpu, label, root, false)
+    }
+
+    /// `traces_lights`: whether surfaces block light.
+    pub(super) fn with(
+        gpu: &Gpu,
+        label: &str,
+        root: &str,
+        traces_lights: bool,
+    ) -> Result<Self, GpuError> {
+        let wgsl = wgsl(root, traces_lights)?;
         let module = gpu
             .device()
             .create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -44,9 +59,15 @@ impl Shader {
 }
 
 /// The WGSL of an entry point with all that it imports.
-pub(super) fn wgsl(root: &str) -> Result<String, GpuError> {
+fn wgsl(root: &str, traces_lights: bool) -> Result<String, GpuError> {
+    let shadow_rays = if traces_lights {
+        SHADOW_RAYS
+    } else {
+        NO_SHADOW_RAYS
+    };
     let modules: Vec<_> = MODULES
         .iter()
+        .chain(&[("shadow_rays", shadow_rays)])
         .chain(lumigon_wgpu::MODULES)
         .copied()
         .collect();
@@ -85,14 +106,15 @@ mod tests {
 
     use super::super::frame::FrameRecord;
     use super::super::light_set::PunctualRecord;
+    use super::super::rays::RayNodeRecord;
     use super::super::record::{
         MaterialRecord, MeshRecord, TextureRecord, TextureUse, TriangleRecord,
     };
     use super::super::shading::ShadingRecord;
     use super::*;
 
-    fn parsed(root: &str) -> naga::Module {
-        let text = wgsl(root).unwrap();
+    fn parsed(root: &str, traces_lights: bool) -> naga::Module {
+        let text = wgsl(root, traces_lights).unwrap();
         let module = naga::front::wgsl::parse_str(&text)
             .unwrap_or_else(|fault| panic!("{}", fault.emit_to_string(&text)));
         naga::valid::Validator::new(
@@ -139,8 +161,9 @@ mod tests {
 
     #[test]
     fn records_are_laid_out_as_the_shaders_have_them() {
-        let shade = parsed(SHADE);
-        parsed(VISIBILITY);
+        let shade = parsed(SHADE, true);
+        parsed(SHADE, false);
+        parsed(VISIBILITY, false);
         for (name, expected) in [
             (
                 "Frame",
@@ -178,7 +201,12 @@ mod tests {
             (
                 "Shading",
                 offsets!(ShadingRecord: light_bound, bias, first_light, end_light,
-                    first_punctual, end_punctual, adds_emission, smoothness_factor, smoothness, image_taps),
+                    first_punctual, end_punctual, adds_emission, smoothness_factor, smoothness, image_taps,
+                    targets, ray_epsilon),
+            ),
+            (
+                "RayNode",
+                offsets!(RayNodeRecord: low, skip, high, triangle),
             ),
             ("Cluster", offsets!(ClusterRecord: center, radius, power)),
         ] {
@@ -193,6 +221,7 @@ mod tests {
             ("punctual_lights", size_of::<PunctualRecord>()),
             ("shading", size_of::<ShadingRecord>()),
             ("clusters", size_of::<ClusterRecord>()),
+            ("ray_nodes", size_of::<RayNodeRecord>()),
         ] {
             assert_eq!(stride(&shade, list), expected, "{list}");
         }

@@ -1,7 +1,7 @@
 //! Light on what the pixels of a tile see.
 
 use std::ops::Range;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use bytemuck::{Pod, Zeroable};
 use lumigon::SpecularMethod;
@@ -11,6 +11,7 @@ use super::error::GpuError;
 use super::light_set::LightSet;
 use super::methods::{Methods, bias};
 use super::parts::Part;
+use super::rays::TracedLights;
 use super::scene_buffers::Features;
 use super::shader::{SHADE, Shader, scene_constants};
 use crate::render::RenderSettings;
@@ -32,11 +33,18 @@ pub(super) struct ShadingRecord {
     pub(super) smoothness_factor: f32,
     pub(super) smoothness: f32,
     pub(super) image_taps: u32,
+    pub(super) targets: u32,
+    pub(super) ray_epsilon: f32,
 }
 
 impl ShadingRecord {
     /// For these of the lights; whether what surfaces emit is added with them.
-    pub(super) fn new(settings: &RenderSettings, part: &Part, adds_emission: bool) -> Self {
+    pub(super) fn new(
+        settings: &RenderSettings,
+        part: &Part,
+        adds_emission: bool,
+        traced: Option<TracedLights<'_>>,
+    ) -> Self {
         let [smoothness_factor, smoothness] = match settings.specular {
             SpecularMethod::ReflectedDistanceField { smoothness, .. } => {
                 smoothness.factor_and_constant()
@@ -54,6 +62,8 @@ impl ShadingRecord {
             smoothness_factor,
             smoothness,
             image_taps: settings.image_method.taps(),
+            targets: traced.map_or(0, |traced| traced.targets.per_light),
+            ray_epsilon: traced.map_or(0.0, |traced| traced.rays.epsilon),
         }
     }
 }
@@ -69,13 +79,78 @@ const MOST_SETS: usize = 2;
 
 /// The pipelines of a scene, one for each choice of methods that was asked for.
 pub(super) struct Shading {
-    shader: Shader,
-    layout: wgpu::PipelineLayout,
-    sums_layout: wgpu::BindGroupLayout,
+    plain: Variant,
+    /// Where surfaces block light; made when it is first asked for.
+    traced: OnceLock<Variant>,
     uniform: wgpu::Buffer,
+    lights_layout: wgpu::BindGroupLayout,
+    scene_layout: wgpu::BindGroupLayout,
     ids_layout: wgpu::BindGroupLayout,
     features: Features,
     pipelines: Mutex<Vec<(Methods, wgpu::ComputePipeline)>>,
+}
+
+/// The shader and what it is bound to, with rays to lights or without.
+struct Variant {
+    shader: Shader,
+    layout: wgpu::PipelineLayout,
+    sums_layout: wgpu::BindGroupLayout,
+}
+
+impl Variant {
+    fn new(
+        gpu: &Gpu,
+        [lights, scene, ids]: [&wgpu::BindGroupLayout; 3],
+        traces_lights: bool,
+    ) -> Result<Self, GpuError> {
+        let device = gpu.device();
+        let buffer = |ty| wgpu::BindingType::Buffer {
+            ty,
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let record = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Uniform,
+            has_dynamic_offset: true,
+            min_binding_size: wgpu::BufferSize::new(size_of::<ShadingRecord>() as u64),
+        };
+        let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+        let sum = buffer(wgpu::BufferBindingType::Storage { read_only: false });
+        let mut entries = vec![
+            entry(0, record),
+            entry(1, read),
+            entry(2, read),
+            entry(3, sum),
+            entry(4, sum),
+            entry(5, sum),
+        ];
+        if traces_lights {
+            entries.extend([entry(6, read), entry(7, read)]);
+        }
+        let sums_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("sums"),
+            entries: &entries,
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("shading"),
+            bind_group_layouts: &[Some(lights), Some(scene), Some(&sums_layout), Some(ids)],
+            immediate_size: 0,
+        });
+        Ok(Self {
+            shader: Shader::with(gpu, "shading", SHADE, traces_lights)?,
+            layout,
+            sums_layout,
+        })
+    }
+}
+
+fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty,
+        count: None,
+    }
 }
 
 /// The light of a tile's pixels, in its parts: emitted, diffuse and specular.
@@ -94,35 +169,6 @@ impl Shading {
         features: Features,
     ) -> Result<Self, GpuError> {
         let device = gpu.device();
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty,
-            count: None,
-        };
-        let buffer = |ty| wgpu::BindingType::Buffer {
-            ty,
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let record = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Uniform,
-            has_dynamic_offset: true,
-            min_binding_size: wgpu::BufferSize::new(size_of::<ShadingRecord>() as u64),
-        };
-        let read = buffer(wgpu::BufferBindingType::Storage { read_only: true });
-        let sum = buffer(wgpu::BufferBindingType::Storage { read_only: false });
-        let sums_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("sums"),
-            entries: &[
-                entry(0, record),
-                entry(1, read),
-                entry(2, read),
-                entry(3, sum),
-                entry(4, sum),
-                entry(5, sum),
-            ],
-        });
         let ids = wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Uint,
             view_dimension: wgpu::TextureViewDimension::D2,
@@ -132,20 +178,11 @@ impl Shading {
             label: Some("visible triangles"),
             entries: &[entry(0, ids)],
         });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("shading"),
-            bind_group_layouts: &[
-                Some(lights_layout),
-                Some(scene_layout),
-                Some(&sums_layout),
-                Some(&ids_layout),
-            ],
-            immediate_size: 0,
-        });
         Ok(Self {
-            shader: Shader::new(gpu, "shading", SHADE)?,
-            layout,
-            sums_layout,
+            plain: Variant::new(gpu, [lights_layout, scene_layout, &ids_layout], false)?,
+            traced: OnceLock::new(),
+            lights_layout: lights_layout.clone(),
+            scene_layout: scene_layout.clone(),
             uniform: device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("shading"),
                 size: (MOST_SETS * MOST_PARTS * RECORD_STRIDE) as u64,
@@ -158,21 +195,38 @@ impl Shading {
         })
     }
 
+    fn variant(&self, gpu: &Gpu, traces_lights: bool) -> Result<&Variant, GpuError> {
+        if !traces_lights {
+            return Ok(&self.plain);
+        }
+        if let Some(traced) = self.traced.get() {
+            return Ok(traced);
+        }
+        let layouts = [&self.lights_layout, &self.scene_layout, &self.ids_layout];
+        let traced = Variant::new(gpu, layouts, true)?;
+        Ok(self.traced.get_or_init(|| traced))
+    }
+
     /// The pipeline for these methods, made when they are first asked for.
-    pub(super) fn pipeline(&self, gpu: &Gpu, methods: Methods) -> wgpu::ComputePipeline {
+    pub(super) fn pipeline(
+        &self,
+        gpu: &Gpu,
+        methods: Methods,
+    ) -> Result<wgpu::ComputePipeline, GpuError> {
         let mut pipelines = lock(&self.pipelines);
         if let Some((_, pipeline)) = pipelines.iter().find(|(of, _)| *of == methods) {
-            return pipeline.clone();
+            return Ok(pipeline.clone());
         }
+        let variant = self.variant(gpu, methods.traces_lights())?;
         let mut constants = Vec::from(scene_constants(self.features));
         constants.extend(methods.constants());
-        let constants = self.shader.constants(&constants);
+        let constants = variant.shader.constants(&constants);
         let pipeline = gpu
             .device()
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some("shading"),
-                layout: Some(&self.layout),
-                module: &self.shader.module,
+                layout: Some(&variant.layout),
+                module: &variant.shader.module,
                 entry_point: Some("shade"),
                 compilation_options: wgpu::PipelineCompilationOptions {
                     constants: &constants,
@@ -181,7 +235,7 @@ impl Shading {
                 cache: None,
             });
         pipelines.push((methods, pipeline.clone()));
-        pipeline
+        Ok(pipeline)
     }
 
     /// What the next submissions are lit with: the parts of all sets, one after the other.
@@ -194,13 +248,26 @@ impl Shading {
     }
 
     /// What a set of lights is added to.
-    pub(super) fn bind_group(&self, gpu: &Gpu, set: &LightSet<'_>, sums: &Sums) -> wgpu::BindGroup {
+    pub(super) fn bind_group(
+        &self,
+        gpu: &Gpu,
+        set: &LightSet<'_>,
+        sums: &Sums,
+    ) -> Result<wgpu::BindGroup, GpuError> {
+        let variant = self.variant(gpu, set.traced.is_some())?;
         let record = wgpu::BindingResource::Buffer(wgpu::BufferBinding {
             buffer: &self.uniform,
             offset: 0,
             size: wgpu::BufferSize::new(size_of::<ShadingRecord>() as u64),
         });
-        let lists = [set.clusters, set.punctual].into_iter().chain(&sums.parts);
+        let of_rays = set
+            .traced
+            .iter()
+            .flat_map(|traced| [&traced.rays.nodes, &traced.targets.points]);
+        let lists = [set.clusters, set.punctual]
+            .into_iter()
+            .chain(&sums.parts)
+            .chain(of_rays);
         let entries: Vec<_> = (0..)
             .zip(
                 [record]
@@ -209,11 +276,11 @@ impl Shading {
             )
             .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
             .collect();
-        gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
+        Ok(gpu.device().create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("sums"),
-            layout: &self.sums_layout,
+            layout: &variant.sums_layout,
             entries: &entries,
-        })
+        }))
     }
 
     pub(super) fn ids(&self, gpu: &Gpu, ids: &wgpu::TextureView) -> wgpu::BindGroup {

@@ -1,4 +1,5 @@
-//! What a ray meets is the same on both devices: `surface_at` = [`Scene::surface`].
+//! What a ray meets is the same on both devices: `surface_at` = [`Scene::surface`], and `ray_is_blocked`
+//! = [`Geometry::occluded`].
 
 use std::sync::Arc;
 
@@ -7,10 +8,12 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::frame::View;
+use super::rays::Rays;
 use super::scene_buffers::{DRAWN, Drawn, SceneBuffers, layout};
 use super::shader::{Shader, scene_constants};
 use super::tile::Tile;
 use super::{Gpu, GpuPreference};
+use crate::cpu::Geometry;
 use crate::scene::{
     AlphaMode, Camera, Filter, Material, Mesh, Sampler, Scene, SurfaceSample, Texels, Texture,
     TextureRef, TextureTransform, Wrap,
@@ -50,6 +53,26 @@ fn answer(@builtin(global_invocation_id) id: vec3u) {
 
 /// Groups of four numbers an answer, the last of them to see that it was written.
 const ANSWER: usize = 11;
+
+const RAYS_ROOT: &str = "
+import package::frame::frame;
+import package::rays::ray_is_blocked;
+
+struct Query { origin: vec3f, nearest: f32, direction: vec3f, farthest: f32 }
+
+@group(2) @binding(0) var<storage, read> queries: array<Query>;
+@group(2) @binding(1) var<storage, read_write> answers: array<vec4f>;
+
+@compute @workgroup_size(64)
+fn answer(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= arrayLength(&queries) {
+        return;
+    }
+    let query = queries[id.x];
+    let blocked = ray_is_blocked(query.origin, query.direction, query.nearest, query.farthest);
+    answers[id.x] = vec4f(f32(blocked), frame.share, 0.0, 0.0);
+}
+";
 
 fn answer(surface: &SurfaceSample) -> [(&'static str, Vec4); 10] {
     let flag = |is| if is { 1.0 } else { 0.0 };
@@ -218,8 +241,8 @@ fn order(scene: &Scene) -> Vec<(usize, usize)> {
         .collect()
 }
 
-/// The device's answers, [`ANSWER`] groups a query.
-fn answers(gpu: &Gpu, scene: &Scene, queries: &[[f32; 8]]) -> Vec<Vec4> {
+/// The device's answers, `groups` of four numbers a query; `root` may ask for rays.
+fn answers(gpu: &Gpu, scene: &Scene, root: &str, queries: &[[f32; 8]], groups: usize) -> Vec<Vec4> {
     let device = gpu.device();
     let scene_layout = layout(gpu);
     let buffers = SceneBuffers::new(gpu, &scene_layout, scene).unwrap();
@@ -232,7 +255,8 @@ fn answers(gpu: &Gpu, scene: &Scene, queries: &[[f32; 8]]) -> Vec<Vec4> {
     let frame = view.frame(tile, [0.5; 2], 0.25);
     gpu.queue()
         .write_buffer(&buffers.frames, 0, bytemuck::bytes_of(&frame));
-    let shader = Shader::new(gpu, "surface parity", ROOT).unwrap();
+    let rays = Rays::new(gpu, scene, &buffers.order).unwrap();
+    let shader = Shader::new(gpu, "parity", root).unwrap();
     let constants = shader.constants(&scene_constants(buffers.features));
     let pipeline = {
         let storage = |binding, read_only| wgpu::BindGroupLayoutEntry {
@@ -247,7 +271,7 @@ fn answers(gpu: &Gpu, scene: &Scene, queries: &[[f32; 8]]) -> Vec<Vec4> {
         };
         let test_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: None,
-            entries: &[storage(0, true), storage(1, false)],
+            entries: &[storage(0, true), storage(1, false), storage(6, true)],
         });
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
@@ -269,7 +293,7 @@ fn answers(gpu: &Gpu, scene: &Scene, queries: &[[f32; 8]]) -> Vec<Vec4> {
     let buffer = |usage| {
         device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
-            size: (queries.len() * ANSWER * size_of::<Vec4>()) as u64,
+            size: (queries.len() * groups * size_of::<Vec4>()) as u64,
             usage,
             mapped_at_creation: false,
         })
@@ -287,6 +311,10 @@ fn answers(gpu: &Gpu, scene: &Scene, queries: &[[f32; 8]]) -> Vec<Vec4> {
             wgpu::BindGroupEntry {
                 binding: 1,
                 resource: written.as_entire_binding(),
+            },
+            wgpu::BindGroupEntry {
+                binding: 6,
+                resource: rays.nodes.as_entire_binding(),
             },
         ],
     });
@@ -312,19 +340,24 @@ fn answers(gpu: &Gpu, scene: &Scene, queries: &[[f32; 8]]) -> Vec<Vec4> {
     numbers
 }
 
-#[test]
-fn surfaces_are_the_same_on_both_devices() {
-    let gpu = Gpu::new(GpuPreference::Any).unwrap();
-    let mut random = Random(Pcg64Mcg::seed_from_u64(11));
+/// Triangles of all kinds of materials, all over a cube.
+fn random_scene(random: &mut Random, meshes: usize) -> Scene {
     let textures: Vec<_> = (0..12).map(|_| random.texture()).collect();
     let materials: Vec<_> = (0..40).map(|_| random.material(textures.len())).collect();
-    let meshes: Vec<_> = (0..120).map(|_| random.mesh(materials.len())).collect();
-    let scene = Scene {
+    let meshes: Vec<_> = (0..meshes).map(|_| random.mesh(materials.len())).collect();
+    Scene {
         meshes,
         materials,
         textures,
         ..Scene::default()
-    };
+    }
+}
+
+#[test]
+fn surfaces_are_the_same_on_both_devices() {
+    let gpu = Gpu::new(GpuPreference::Any).unwrap();
+    let mut random = Random(Pcg64Mcg::seed_from_u64(11));
+    let scene = random_scene(&mut random, 120);
     let order = order(&scene);
     let asked: Vec<_> = (0..8000)
         .map(|_| {
@@ -344,7 +377,9 @@ fn surfaces_are_the_same_on_both_devices() {
         })
         .collect();
     let got = gpu
-        .guarded("a test", || Ok(answers(&gpu, &scene, &queries)))
+        .guarded("a test", || {
+            Ok(answers(&gpu, &scene, ROOT, &queries, ANSWER))
+        })
         .unwrap();
     let mut differing = 0;
     for (i, &(triangle, at, direction)) in asked.iter().enumerate() {
@@ -362,4 +397,65 @@ fn surfaces_are_the_same_on_both_devices() {
     }
     // Where rounding decides which texel is nearest, or on which side of a cutoff it is.
     assert!(differing <= 8, "{differing} numbers differ");
+}
+
+/// How many rays each device finds blocked, and of how many they disagree.
+fn blocked(gpu: &Gpu, scene: &Scene, rays: &[[f32; 8]]) -> [usize; 3] {
+    let got = gpu
+        .guarded("a test", || Ok(answers(gpu, scene, RAYS_ROOT, rays, 1)))
+        .unwrap();
+    let geometry = Geometry::new(scene);
+    let mut counts = [0; 3];
+    for (ray, got) in rays.iter().zip(&got) {
+        let [ox, oy, oz, nearest, x, y, z, farthest] = *ray;
+        let (origin, direction) = (Vec3::new(ox, oy, oz), Vec3::new(x, y, z));
+        let on_cpu = geometry.occluded(scene, origin, direction, nearest, farthest);
+        let on_gpu = got.x == 1.0;
+        assert!(got.y == 0.25 && (on_gpu || got.x == 0.0), "{got}");
+        counts[0] += usize::from(on_cpu);
+        counts[1] += usize::from(on_gpu);
+        counts[2] += usize::from(on_cpu != on_gpu);
+    }
+    counts
+}
+
+#[test]
+fn rays_are_blocked_alike_on_both_devices() {
+    let gpu = Gpu::new(GpuPreference::Any).unwrap();
+    let mut random = Random(Pcg64Mcg::seed_from_u64(23));
+    for (meshes, most_differing) in [(1, 3), (3, 3), (120, 10)] {
+        let scene = random_scene(&mut random, meshes);
+        let rays: Vec<_> = (0..20_000)
+            .map(|i| {
+                let origin = random.vec3() * 1.5;
+                let direction = match i % 8 {
+                    // Along an axis, both ways.
+                    0 => Vec3::AXES[random.index(3)],
+                    1 => -Vec3::AXES[random.index(3)],
+                    _ => random.vec3().normalize(),
+                };
+                let nearest = 0.1 * random.unit();
+                let farthest = match i % 5 {
+                    0 => f32::INFINITY,
+                    1 => 3e38,
+                    _ => nearest + random.unit() - 0.05,
+                };
+                let ([ox, oy, oz], [x, y, z]) = (origin.to_array(), direction.to_array());
+                [ox, oy, oz, nearest, x, y, z, farthest]
+            })
+            .collect();
+        let [on_cpu, on_gpu, differing] = blocked(&gpu, &scene, &rays);
+        println!("{meshes} meshes: {on_cpu} and {on_gpu} blocked, {differing} differ");
+        assert!((100..19_000).contains(&on_cpu), "{on_cpu}");
+        // Those that graze edges, texels' borders and distances.
+        assert!(differing <= most_differing, "{differing} rays differ");
+    }
+}
+
+#[test]
+fn nothing_blocks_rays_where_nothing_is() {
+    let gpu = Gpu::new(GpuPreference::Any).unwrap();
+    let scene = Scene::default();
+    let rays = [[0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1e9]; 64];
+    assert_eq!(blocked(&gpu, &scene, &rays), [0; 3]);
 }
