@@ -117,7 +117,7 @@ pub(crate) struct BounceLight {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAXIMUM_FACE_SIZE)))]
     cube_size: Option<u32>,
     /// Where cube maps look from: the camera, points chosen in the scene (scene:4 is four of them),
-    /// or points X,Y,Z;X,Y,Z... [default: camera]
+    /// or points X,Y,Z;X,Y,Z... [default: scene:4]
     #[arg(long, value_name = "camera|scene[:N]|X,Y,Z...", allow_hyphen_values = true,
         value_parser = centers)]
     bounce_from: Option<BounceCenters>,

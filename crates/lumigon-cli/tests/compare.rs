@@ -175,7 +175,6 @@ fn bounce_light_has_its_sections() {
         .arg(&report)
         .args(["--size", "16x16", "--samples", "1", "--spp", "256"])
         .args(["--bounce", "--cube-size", "16", "--virtual-lights", "100"])
-        .args(["--bounce-from", "0,1,0"])
         .output()
         .unwrap();
     succeed(&output);
@@ -198,8 +197,8 @@ fn bounce_light_has_its_sections() {
         let method = methods.iter().find(|m| m["id"] == id).unwrap();
         number(&method["relative_rmse_beyond_noise"])
     };
-    // In the middle of the box a cube map sees nearly all; without rays light leaks.
-    assert!(rmse(0, "bounce-polygon") < 0.2);
+    // Most of what is lit is seen; without rays light leaks.
+    assert!(rmse(1, "bounce-polygon-traced") < 0.35);
     assert!(rmse(2, "bounce-polygon-shadowed") < rmse(2, "bounce-polygon-leaking"));
     let listed: BTreeSet<String> = serde_json::from_value(metrics["files"].clone()).unwrap();
     assert_eq!(listed, files(&report));

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use lumigon::SpecularMethod;
 use lumigon_renderer::{
-    BounceSettings, Camera, Pixels, ReferenceSettings, RenderError, RenderSettings, Scene, Watch,
+    BounceSettings, Camera, Pixels, ReferenceSettings, RenderSettings, Scene, Watch,
 };
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ use super::{Study, rendered};
 use crate::Failure;
 use crate::bounce_light::Blocking;
 use crate::compare::bounce::relative_flux_error;
-use crate::gpu::{Backend, BackendChoice};
+use crate::gpu::Backend;
 use crate::progress::Progress;
 
 /// A scene as it is studied.
@@ -59,29 +59,6 @@ pub(super) struct Errors {
     pub(super) warnings: Vec<String>,
 }
 
-/// Renderers of one scene.
-pub(super) struct Renderers<'a> {
-    chosen: Backend<'a>,
-    /// Traces rays where the chosen one does not.
-    cpu: Backend<'a>,
-}
-
-impl<'a> Renderers<'a> {
-    pub(super) fn new(choice: BackendChoice, scene: &'a Scene) -> Result<Self, RenderError> {
-        Ok(Self {
-            chosen: Backend::new(choice, scene)?,
-            cpu: Backend::new(BackendChoice::Cpu, scene)?,
-        })
-    }
-
-    pub(super) fn get(&self, variant: &Variant) -> &Backend<'a> {
-        match variant.traces() {
-            true => &self.cpu,
-            false => &self.chosen,
-        }
-    }
-}
-
 impl Study<'_> {
     /// Bounce light alone, diffuse.
     pub(super) fn render_settings(&self) -> RenderSettings {
@@ -106,7 +83,7 @@ impl Study<'_> {
     /// A path-traced single bounce.
     pub(super) fn truth(
         &self,
-        renderers: &Renderers<'_>,
+        backend: &Backend<'_>,
         camera: &Camera,
         blocking: Blocking,
     ) -> Result<Truth, Failure> {
@@ -123,23 +100,21 @@ impl Study<'_> {
             seed: self.command.seed,
             ..ReferenceSettings::default()
         });
-        let cpu = renderers.cpu.cpu();
-        Ok(Truth::new(rendered(
-            cpu.reference(camera, &settings, watch),
-        )?))
+        let traced = backend.cpu().reference(camera, &settings, watch);
+        Ok(Truth::new(rendered(traced)?))
     }
 
     /// Measures all variants in one scene.
     pub(super) fn errors(&self, scene: &StudyScene) -> Result<Errors, Failure> {
-        let renderers = rendered(Renderers::new(self.command.backend, &scene.scene))?;
+        let backend = rendered(Backend::new(self.command.backend, &scene.scene))?;
         let [nothing, bounces, all] = Blocking::ALL;
-        let truth = |blocking| self.truth(&renderers, &scene.camera, blocking);
+        let truth = |blocking| self.truth(&backend, &scene.camera, blocking);
         let truths = [truth(nothing)?, truth(bounces)?, truth(all)?];
         let mut errors = Errors {
             rows: Vec::new(),
             truths,
             pictures: Vec::new(),
-            warnings: renderers.chosen.warnings(),
+            warnings: backend.warnings(),
         };
         let sweep = self.command.sweep();
         let points: Vec<_> = VARIANTS
@@ -160,8 +135,7 @@ impl Study<'_> {
         for (done, &(variant, count, size)) in points.iter().enumerate() {
             progress.set(done as u64, points.len() as u64);
             let settings = variant.settings(count, size);
-            let (row, picture) =
-                self.measure(scene, &renderers, &variant, &settings, &mut errors)?;
+            let (row, picture) = self.measure(scene, &backend, &variant, &settings, &mut errors)?;
             errors.rows.push(row);
             if (count, size) == (sweep.count, sweep.size) {
                 errors.pictures.push((variant, picture));
@@ -173,12 +147,11 @@ impl Study<'_> {
     fn measure(
         &self,
         scene: &StudyScene,
-        renderers: &Renderers<'_>,
+        backend: &Backend<'_>,
         variant: &Variant,
         settings: &BounceSettings,
         errors: &mut Errors,
     ) -> Result<(ErrorRow, Pixels), Failure> {
-        let backend = renderers.get(variant);
         let (camera, watch) = (&scene.camera, self.watch());
         let start = Instant::now();
         let lights = rendered(backend.virtual_lights(camera, settings, watch))?;

@@ -4,11 +4,12 @@ use glam::{DVec3, Vec3};
 use lumigon_renderer::{BounceCenters, BounceSettings, CpuRenderer, Pixels, RenderSettings, Scene};
 use serde::Serialize;
 
-use super::errors::{Renderers, StudyScene};
+use super::errors::StudyScene;
 use super::variant::{POINT_CAMERA, POLYGON_CAMERA, POLYGON_SCENE, Variant};
 use super::{Study, rendered};
 use crate::Failure;
 use crate::bounce_light::Blocking;
+use crate::gpu::Backend;
 use crate::progress::Progress;
 
 /// Diagonals of the scene that are one step a frame: 1 cm in a room of 5 m.
@@ -115,8 +116,7 @@ impl Study<'_> {
         variant: &Variant,
         count: u32,
     ) -> Result<Vec<Pixels>, Failure> {
-        let renderers = rendered(Renderers::new(self.command.backend, &scene.scene))?;
-        let backend = renderers.get(variant);
+        let backend = rendered(Backend::new(self.command.backend, &scene.scene))?;
         let from_camera = &scene.camera.world_from_camera;
         // To the right and a little ahead.
         let along = from_camera.transform_vector3(Vec3::new(0.8, 0.0, -0.6));
@@ -155,7 +155,7 @@ impl Study<'_> {
         (0..self.command.frames())
             .map(|frame| {
                 let moved = moved(&scene.scene, light, frame as f32);
-                self.picture(&moved, scene, variant, &settings)
+                self.picture(&moved, scene, &settings)
             })
             .collect()
     }
@@ -164,11 +164,9 @@ impl Study<'_> {
         &self,
         moved: &Scene,
         scene: &StudyScene,
-        variant: &Variant,
         settings: &BounceSettings,
     ) -> Result<Pixels, Failure> {
-        let renderers = rendered(Renderers::new(self.command.backend, moved))?;
-        let backend = renderers.get(variant);
+        let backend = rendered(Backend::new(self.command.backend, moved))?;
         let (camera, watch) = (&scene.camera, self.watch());
         let lights = rendered(backend.virtual_lights(camera, settings, watch))?;
         let picture = backend.render_with_bounce(camera, &self.render_settings(), &lights, watch);
@@ -185,8 +183,8 @@ impl Study<'_> {
         let steps = self.command.frames().saturating_sub(1).max(1) as f32;
         let truth = |frame: f32| {
             let moved = moved(&scene.scene, light, frame);
-            let renderers = rendered(Renderers::new(self.command.backend, &moved))?;
-            let truth = self.truth(&renderers, &scene.camera, Blocking::Nothing)?;
+            let backend = rendered(Backend::new(self.command.backend, &moved))?;
+            let truth = self.truth(&backend, &scene.camera, Blocking::Nothing)?;
             let mut pixels = truth.pixels;
             blacken(&mut pixels, lamps);
             Ok::<_, Failure>(pixels)

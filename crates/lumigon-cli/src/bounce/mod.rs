@@ -67,7 +67,7 @@ pub struct BounceStudy {
     /// Virtual lights that are traced, at most: rays take long [default: 1024]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..))]
     most_traced: Option<u32>,
-    /// What makes virtual lights and lights by them; rays and references are always the CPU's
+    /// What makes virtual lights and lights by them; references are always the CPU's
     #[arg(long, value_enum, value_name = "WHAT", default_value_t = BackendChoice::Cpu)]
     backend: BackendChoice,
     /// Fewer and smaller pictures: seconds instead of minutes

@@ -24,10 +24,11 @@ pub(super) struct Line<'a> {
 }
 
 /// The lines' colours, on any paper.
-fn color(index: usize, count: usize) -> RGBColor {
-    let place = 0.05 + 0.8 * index as f64 / (count.max(2) - 1) as f64;
-    let color = colorous::PLASMA.eval_continuous(place);
-    RGBColor(color.r, color.g, color.b)
+fn color(index: usize, theme: &Theme) -> RGBColor {
+    match colorous::TABLEAU10.get(index) {
+        Some(color) => RGBColor(color.r, color.g, color.b),
+        None => theme.ink,
+    }
 }
 
 impl Chart<'_> {
@@ -49,20 +50,44 @@ impl Chart<'_> {
             .build_cartesian_2d((x.0..x.1).log_scale(), (y.0..y.1).log_scale())?;
         chart
             .configure_mesh()
-            .bold_line_style(theme.line)
-            .light_line_style(theme.paper)
+            .disable_mesh()
             .axis_style(theme.faded)
-            .x_labels(12)
-            .y_labels(8)
-            .x_label_formatter(&|x| short(*x))
-            .y_label_formatter(&|y| short(*y))
+            .x_labels(0)
+            .y_labels(0)
             .label_style(theme.text(TICK, theme.ink))
             .axis_desc_style(theme.text(LABEL, theme.ink))
             .x_desc(self.x_label)
             .y_desc(self.y_label)
             .draw()?;
+        let mut columns: Vec<f64> = points().map(|p| p.0).collect();
+        columns.sort_by(f64::total_cmp);
+        columns.dedup();
+        let (xs, ys) = chart.plotting_area().get_pixel_range();
+        let (left, top) = rest.get_base_pixel();
+        let style = |x, y| theme.text(TICK, theme.ink).pos(Pos::new(x, y));
+        for &column in &columns {
+            let ends = vec![(column, y.0), (column, y.1)];
+            chart.draw_series([PathElement::new(ends, theme.line)])?;
+            let place = chart.plotting_area().map_coordinate(&(column, y.0));
+            let text = Text::new(
+                short(column),
+                (place.0 - left, ys.end + 10 - top),
+                style(HPos::Center, VPos::Top),
+            );
+            rest.draw(&text)?;
+        }
+        for row in ticks(y) {
+            chart.draw_series([PathElement::new(vec![(x.0, row), (x.1, row)], theme.line)])?;
+            let place = chart.plotting_area().map_coordinate(&(x.0, row));
+            let text = Text::new(
+                short(row),
+                (xs.start - 12 - left, place.1 - top),
+                style(HPos::Right, VPos::Center),
+            );
+            rest.draw(&text)?;
+        }
         for (index, line) in self.lines.iter().enumerate() {
-            let color = color(index, self.lines.len());
+            let color = color(index, theme);
             let points: Vec<_> = line.points.iter().copied().filter(is_drawn).collect();
             chart.draw_series(LineSeries::new(points.clone(), color.stroke_width(4)))?;
             let dots = points.iter().map(|&p| Circle::new(p, 6, color.filled()));
@@ -83,7 +108,7 @@ impl Chart<'_> {
         for (index, line) in self.lines.iter().enumerate() {
             let place = index as i32;
             let (x, y) = (30 + place % 3 * column, 14 + place / 3 * LINE);
-            let color = color(index, self.lines.len());
+            let color = color(index, theme);
             area.draw(&Rectangle::new(
                 [(x, y + 4), (x + 34, y + 22)],
                 color.filled(),
@@ -111,10 +136,23 @@ fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     ends.map(|(low, high)| (low / 1.25, high * 1.25))
 }
 
+/// 1, 2, 5, 10... within a range; 1, 10, 100... where those were many.
+fn ticks((low, high): (f64, f64)) -> Vec<f64> {
+    let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
+    let steps: &[f64] = if last - first > 4 {
+        &[1.0]
+    } else {
+        &[1.0, 2.0, 5.0]
+    };
+    (first..=last)
+        .flat_map(|power| steps.iter().map(move |step| step * 10_f64.powi(power)))
+        .filter(|tick| (low..=high).contains(tick))
+        .collect()
+}
+
 fn short(value: f64) -> String {
     match value {
         v if v >= 10.0 => format!("{v:.0}"),
-        v if v >= 1.0 => format!("{v:.1}"),
         v if v >= 0.001 => format!("{}", (v * 1e5).round() / 1e5),
         v => format!("{v:.0e}"),
     }
@@ -124,6 +162,12 @@ fn short(value: f64) -> String {
 mod tests {
     use super::*;
     use crate::fit::theme::THEMES;
+
+    #[test]
+    fn ticks_are_round() {
+        assert_eq!(ticks((0.9, 12.0)), [1.0, 2.0, 5.0, 10.0]);
+        assert_eq!(ticks((0.5, 2e5)).len(), 6);
+    }
 
     #[test]
     fn any_numbers_can_be_drawn() {

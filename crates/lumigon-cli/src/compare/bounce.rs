@@ -41,7 +41,7 @@ pub(super) struct BounceArguments {
     #[arg(long, value_name = "N", requires = "bounce",
         value_parser = clap::value_parser!(u32).range(1..=i64::from(MAXIMUM_FACE_SIZE)))]
     cube_size: Option<u32>,
-    /// Where cube maps look from, as for `lumigon render` [default: camera]
+    /// Where cube maps look from, as for `lumigon render` [default: scene:4]
     #[arg(long, value_name = "camera|scene[:N]|X,Y,Z...", requires = "bounce",
         allow_hyphen_values = true, value_parser = centers)]
     bounce_from: Option<BounceCenters>,

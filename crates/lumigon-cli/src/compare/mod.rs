@@ -41,7 +41,7 @@ The folder gets
 Examples:
   lumigon compare scenes/gallery.glb -o report
   lumigon compare scene.glb -o report --size 360x225 --spp 64
-  lumigon compare scenes/room.glb -o report --size 360x225 --bounce --bounce-from scene")]
+  lumigon compare scenes/room.glb -o report --size 360x225 --bounce")]
 pub struct Compare {
     /// glTF file, .gltf or .glb
     scene: PathBuf,
