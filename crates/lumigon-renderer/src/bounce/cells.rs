@@ -36,6 +36,8 @@ pub(super) struct Cell<'a> {
 struct Fragment {
     part: Convex,
     area: f64,
+    /// Area of the whole footprint.
+    whole: f64,
     radiance: DVec3,
     weight: f64,
 }
@@ -48,6 +50,7 @@ impl<'a> Cell<'a> {
             Fragment {
                 part: sample.footprint,
                 area: sample.area(),
+                whole: sample.area(),
                 radiance: sample.radiance,
                 weight: sample.weight,
             }
@@ -143,9 +146,10 @@ impl<'a> Cell<'a> {
     }
 
     /// Two halves of the smallest box, of those that come of halving this one again and again, that
-    /// holds all fragments; `None` for a single one.
+    /// holds all fragments; `None` where a texel sees as much, so that there is nothing more to know.
     pub(super) fn split(&self, judge: Judge) -> Option<[Self; 2]> {
-        if self.fragments.len() < 2 {
+        let texel = self.fragments.iter().map(|f| f.whole).fold(0.0, f64::max);
+        if self.fragments.len() < 2 || self.covered <= texel {
             return None;
         }
         let corners = self.fragments.iter().flat_map(|f| f.part.corners());
