@@ -352,29 +352,19 @@ fn cube_maps_stop_when_asked() {
     assert!(!again.is_empty());
 }
 
-/// Asserts that hardly a pixel differs by more than two bytes, and the pictures by so little as
-/// single rays make that pass an edge on one device and meet it on the other.
+/// Asserts that hardly a pixel differs by more than two bytes, one in 200, and the others by so little
+/// as single rays make that pass an edge on one device and meet it on the other.
 fn assert_nearly_same(name: &str, cpu: &Rendering, gpu: &Rendering) {
     let [expected, got] = [cpu.radiance(), gpu.radiance()];
     let bytes = [&expected, &got].map(|pixels| srgb8(pixels, 0.0, ToneMap::None));
     let differing = (0..expected.len())
         .filter(|i| (3 * i..3 * i + 3).any(|i| bytes[0][i].abs_diff(bytes[1][i]) > 2))
         .count();
-    let pairs = expected.iter().flatten().zip(got.iter().flatten());
-    let squared: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
-    let scale: f64 = expected
-        .iter()
-        .flatten()
-        .map(|&x| f64::from(x).powi(2))
-        .sum();
-    let error = (squared / scale.max(1e-30)).sqrt();
-    println!(
-        "{name}: {differing} of {} pixels differ, radiance by {error:e}",
-        expected.len()
-    );
     let most = expected.len() / 200;
+    let error = difference(cpu, gpu, most);
+    println!("{name}: {differing} pixels differ, radiance by {error:e}");
     assert!(
-        differing <= most && error <= 5e-3,
+        differing <= most && error <= 2e-3,
         "{name}: {differing} pixels differ, radiance by {error:e}"
     );
 }
@@ -395,7 +385,7 @@ fn surfaces_block_virtual_lights_as_on_the_cpu() {
         ("cornell.glb", SpecularMethod::default(), 0.0),
         ("cornell.glb", SpecularMethod::default(), 1e-7),
         ("materials.glb", SpecularMethod::default(), 0.0),
-        ("materials.glb", SpecularMethod::LightVector, 0.0),
+        ("cornell.glb", SpecularMethod::LightVector, 0.0),
         (
             "cornell.glb",
             SpecularMethod::ReflectedDistanceField { field, smoothness },
@@ -406,6 +396,7 @@ fn surfaces_block_virtual_lights_as_on_the_cpu() {
         let cpu = CpuRenderer::new(&scene);
         let gpu = GpuRenderer::new(&GPU, &scene).unwrap();
         let settings = RenderSettings {
+            samples: 1,
             direct: false,
             specular,
             light_bound,
@@ -440,6 +431,9 @@ fn surfaces_block_all_light_as_on_the_cpu() {
         let (scene, camera) = load(name);
         let cpu = CpuRenderer::new(&scene);
         let gpu = GpuRenderer::new(&GPU, &scene).unwrap();
+        let (low, high) = scene.bounds().unwrap();
+        // In the open, off what lies in the middle.
+        let center = low + (high - low) * Vec3::new(0.55, 0.7, 0.6);
         for (method, bounces) in [
             (BounceMethod::CubeMap, 2),
             (BounceMethod::ReflectiveShadowMaps, 1),
@@ -448,6 +442,7 @@ fn surfaces_block_all_light_as_on_the_cpu() {
                 method,
                 bounces,
                 shadows: true,
+                centers: BounceCenters::Points(vec![center.to_array()]),
                 ..traced(VirtualLightKind::Polygon)
             };
             let [cpu, gpu, bright] = [
@@ -467,7 +462,8 @@ fn surfaces_block_all_light_as_on_the_cpu() {
             println!("{name}, {method:?}: {cpu:?}, {gpu:?}, {bright:?} unblocked");
             for channel in 0..3 {
                 let off = (cpu[channel] - gpu[channel]).abs();
-                assert!(off <= 2e-3 * cpu[channel], "{name}: {cpu:?}, not {gpu:?}");
+                // Rays and rasters meet different surfaces at silhouettes.
+                assert!(off <= 4e-3 * cpu[channel], "{name}: {cpu:?}, not {gpu:?}");
                 assert!(
                     gpu[channel] < bright[channel],
                     "{name}: {gpu:?}, {bright:?}"

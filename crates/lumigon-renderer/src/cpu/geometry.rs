@@ -196,6 +196,8 @@ impl Geometry {
 /// A ray of finite numbers, or none.
 fn finite_ray(origin: Vec3, direction: Vec3, nearest: f32, farthest: f32) -> Option<Ray> {
     let usable = origin.is_finite() && direction.is_finite() && farthest > nearest;
+    // The hierarchy loses rays along -0: of a sum with 0 no zero is negative.
+    let direction = direction + Vec3::ZERO;
     usable.then(|| Ray::new(origin.into(), direction.into(), nearest, farthest))
 }
 

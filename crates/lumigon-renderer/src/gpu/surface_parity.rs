@@ -415,6 +415,9 @@ fn blocked(gpu: &Gpu, scene: &Scene, rays: &[[f32; 8]]) -> [usize; 3] {
         counts[0] += usize::from(on_cpu);
         counts[1] += usize::from(on_gpu);
         counts[2] += usize::from(on_cpu != on_gpu);
+        if on_cpu != on_gpu {
+            println!("{ray:?}: {on_cpu} on the CPU, {on_gpu} on the GPU");
+        }
     }
     counts
 }
