@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use glam::{Affine3A, Vec2, Vec3};
+use glam::{Affine3A, Mat3, Vec2, Vec3};
 use lumigon::{DistanceFieldSettings, DistanceFieldSmoothness, SpecularMethod};
 use lumigon_renderer::{
     AlphaMode, BounceCenters, BounceMethod, BounceSettings, BounceVisibility, Camera, CpuRenderer,
@@ -36,6 +36,7 @@ fn small() -> RenderSettings {
 /// Few texels and lights.
 fn coarse() -> BounceSettings {
     BounceSettings {
+        centers: BounceCenters::Camera,
         face_size: 8,
         virtual_lights: 100,
         ..BounceSettings::default()
@@ -238,7 +239,7 @@ fn virtual_lights_are_those_of_the_cpu() {
             kind,
             method,
             bounces,
-            face_size: 20,
+            face_size: 32,
             ..coarse()
         };
         let on_cpu = cpu
@@ -517,8 +518,11 @@ fn behind_a_board(has_holes: bool) -> (Scene, Camera) {
         ..Scene::default()
     };
     let mut camera = Camera::framing(&scene);
-    camera.world_from_camera =
-        Affine3A::look_at_rh(Vec3::new(3.0, 2.5, 1.5), Vec3::ZERO, y).inverse();
+    let eye = Vec3::new(3.0, 2.5, 1.5);
+    let back = eye.normalize();
+    let right = y.cross(back).normalize();
+    let axes = Mat3::from_cols(right, back.cross(right), back);
+    camera.world_from_camera = Affine3A::from_mat3_translation(axes, eye);
     scene.punctual_lights.push(PunctualLight {
         name: String::new(),
         kind: PunctualKind::Point,

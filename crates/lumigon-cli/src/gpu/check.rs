@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use lumigon_renderer::{
-    CpuRenderer, Gpu, GpuPreference, GpuRenderer, RenderError, RenderSettings, Scene, ToneMap,
-    Watch, srgb8,
+    BounceCenters, BounceSettings, CpuRenderer, Gpu, GpuPreference, GpuRenderer, RenderError,
+    RenderSettings, Rendering, Scene, ToneMap, Watch, srgb8,
 };
 use serde::Serialize;
 
@@ -27,7 +27,7 @@ const GREATEST_SHARE: f64 = 0.005;
 
 /// Renders scenes on the GPU and on the CPU, and tells how the pictures differ
 ///
-/// The exit code is 1 where they differ by more than they should. What they differ by on silhouettes
+/// Bounce light, by the same virtual lights on both, is a picture of its own. The exit code is 1 where they differ by more than they should. What they differ by on silhouettes
 /// is left out: where a pixel's neighbours differ, and the GPU's value is between them, its rays may
 /// have passed an edge on the other side.
 #[derive(Debug, Args)]
@@ -68,6 +68,8 @@ struct SceneFigures {
     same: bool,
     #[serde(flatten)]
     difference: Difference,
+    /// Of bounce light alone.
+    bounce_light: Difference,
 }
 
 #[derive(Debug, Serialize)]
@@ -91,21 +93,15 @@ impl Check {
         );
         let mut scenes = Vec::new();
         for path in &self.scenes {
-            let difference = self.difference(&gpu, path, &interrupt)?;
-            let same = difference.is_none_that_matters();
-            println!(
-                "{:32} {:>10} {:>12} {:>14} {:>14.1e}{}",
-                path.file_name().unwrap_or_default().to_string_lossy(),
-                difference.pixels,
-                difference.on_silhouettes,
-                difference.greatest_byte,
-                difference.relative_rmse,
-                if same { "" } else { "  differs" },
-            );
+            let [difference, bounce_light] = self.differences(&gpu, path, &interrupt)?;
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            difference.print(&name);
+            bounce_light.print("  its bounce light");
             scenes.push(SceneFigures {
                 scene: path.display().to_string(),
-                same,
+                same: difference.is_none_that_matters() && bounce_light.is_none_that_matters(),
                 difference,
+                bounce_light,
             });
         }
         let differing = scenes.iter().filter(|scene| !scene.same).count();
@@ -122,7 +118,7 @@ impl Check {
         match differing {
             0 => Ok(()),
             _ => Err(format!(
-                "{differing} of {} pictures differ by more than {GREATEST_BYTE}/255 or a relative \
+                "{differing} of {} scenes differ by more than {GREATEST_BYTE}/255 or a relative \
                  RMSE of {GREATEST_ERROR:e} off silhouettes: use --backend cpu, and report this",
                 figures.scenes.len(),
             )
@@ -130,12 +126,13 @@ impl Check {
         }
     }
 
-    fn difference(
+    /// Of the scene's lights, and of bounce light alone.
+    fn differences(
         &self,
         gpu: &Gpu,
         path: &Path,
         interrupt: &Interrupt,
-    ) -> Result<Difference, Failure> {
+    ) -> Result<[Difference; 2], Failure> {
         let scene = Scene::load(path)?;
         let camera = choose_camera(&scene, path, None)?;
         let settings = RenderSettings {
@@ -149,18 +146,38 @@ impl Check {
             progress: &|done, total| progress.set(done, total),
             cancelled: interrupt.flag(),
         };
-        let on_gpu = GpuRenderer::new(gpu, &scene)?.render(&camera, &settings, watch);
-        let on_cpu = CpuRenderer::new(&scene).render(&camera, &settings, watch);
-        match (on_gpu, on_cpu) {
-            (Ok(on_gpu), Ok(on_cpu)) => Ok(Difference::new(
-                &on_cpu.radiance(),
-                &on_gpu.radiance(),
-                self.size.width as usize,
-            )),
-            (Err(RenderError::Cancelled), _) | (_, Err(RenderError::Cancelled)) => {
-                Err(Failure::Interrupted)
-            }
-            (Err(error), _) | (_, Err(error)) => Err(error.into()),
+        let pictures = || -> Result<[[Rendering; 2]; 2], RenderError> {
+            let gpu = GpuRenderer::new(gpu, &scene)?;
+            let cpu = CpuRenderer::new(&scene);
+            let direct = [
+                cpu.render(&camera, &settings, watch)?,
+                gpu.render(&camera, &settings, watch)?,
+            ];
+            // A few hundred lights of what the camera sees around it.
+            let bounce = BounceSettings {
+                centers: BounceCenters::Camera,
+                face_size: 32,
+                virtual_lights: 256,
+                ..BounceSettings::default()
+            };
+            let lights = gpu.virtual_lights(&camera, &bounce, watch)?;
+            let settings = RenderSettings {
+                direct: false,
+                ..settings
+            };
+            let bounced = [
+                cpu.render_with_bounce(&camera, &settings, &lights, watch)?,
+                gpu.render_with_bounce(&camera, &settings, &lights, watch)?,
+            ];
+            Ok([direct, bounced])
+        };
+        match pictures() {
+            Ok(pictures) => Ok(pictures.map(|[cpu, gpu]| {
+                let width = self.size.width as usize;
+                Difference::new(&cpu.radiance(), &gpu.radiance(), width)
+            })),
+            Err(RenderError::Cancelled) => Err(Failure::Interrupted),
+            Err(error) => Err(error.into()),
         }
     }
 }
@@ -211,6 +228,21 @@ impl Difference {
             difference.relative_rmse = (error / scale).sqrt();
         }
         difference
+    }
+
+    fn print(&self, what: &str) {
+        println!(
+            "{what:32} {:>10} {:>12} {:>14} {:>14.1e}{}",
+            self.pixels,
+            self.on_silhouettes,
+            self.greatest_byte,
+            self.relative_rmse,
+            if self.is_none_that_matters() {
+                ""
+            } else {
+                "  differs"
+            },
+        );
     }
 
     fn is_none_that_matters(&self) -> bool {

@@ -272,14 +272,12 @@ mod tests {
         let mut hole = square(1.0);
         hole.reverse();
         let polygon = PolygonLight::new(&[square(2.0), hole], Sides::Front).unwrap();
-        let lights = VirtualLights {
-            polygons: vec![Light {
-                polygon: polygon.cast().unwrap(),
-                radiance: [3.0, 2.0, 1.0],
-                image: None,
-            }],
-            ..VirtualLights::default()
-        };
+        let mut lights = VirtualLights::default();
+        lights.polygons = vec![Light {
+            polygon: polygon.cast().unwrap(),
+            radiance: [3.0, 2.0, 1.0],
+            image: None,
+        }];
         let view = lights.to_scene(&surroundings());
         assert_eq!((view.meshes.len(), view.materials.len()), (2, 2));
         let shown = area_of(&view.meshes[1]);
@@ -299,10 +297,8 @@ mod tests {
             intensity: Vec3::splat(intensity),
             least_distance: 0.1,
         };
-        let lights = VirtualLights {
-            points: vec![point(0.0, 1.0), point(1.0, 4.0), point(2.0, 0.0)],
-            ..VirtualLights::default()
-        };
+        let mut lights = VirtualLights::default();
+        lights.points = vec![point(0.0, 1.0), point(1.0, 4.0), point(2.0, 0.0)];
         let view = lights.to_scene(&surroundings());
         assert_eq!(view.meshes.len(), 3, "the dark one does not show");
         let [small, large] = [1, 2].map(|mesh| area_of(&view.meshes[mesh]));
