@@ -54,6 +54,8 @@ impl Chart<'_> {
             .axis_style(theme.faded)
             .x_labels(0)
             .y_labels(0)
+            .x_label_formatter(&|_| String::new())
+            .y_label_formatter(&|_| String::new())
             .label_style(theme.text(TICK, theme.ink))
             .axis_desc_style(theme.text(LABEL, theme.ink))
             .x_desc(self.x_label)
