@@ -303,7 +303,7 @@ fn nothing_makes_no_lights() {
                 face_size: 3,
                 ..coarse()
             };
-            let lights = gpu.virtual_lights(&camera, &settings, Watch::none());
+            let lights = gpu.virtual_lights(camera, &settings, Watch::none());
             let lights = lights.unwrap();
             // Shadow maps look from the lights, wherever the camera is.
             let is_seen = name == "from nowhere" && method != BounceMethod::CubeMap;

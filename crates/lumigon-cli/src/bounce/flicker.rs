@@ -151,11 +151,14 @@ impl Study<'_> {
         variant: &Variant,
         count: u32,
     ) -> Result<Vec<Pixels>, Failure> {
-        let settings = variant.settings(count, self.command.sweep().size);
+        let mut settings = variant.settings(count, self.command.sweep().size);
         (0..self.command.frames())
             .map(|frame| {
                 let moved = moved(&scene.scene, light, frame as f32);
-                self.picture(&moved, scene, &settings)
+                let (picture, centers) = self.picture(&moved, scene, &settings)?;
+                // What has been placed once stays.
+                settings.centers = BounceCenters::Points(centers);
+                Ok(picture)
             })
             .collect()
     }
@@ -165,12 +168,12 @@ impl Study<'_> {
         moved: &Scene,
         scene: &StudyScene,
         settings: &BounceSettings,
-    ) -> Result<Pixels, Failure> {
+    ) -> Result<(Pixels, Vec<[f32; 3]>), Failure> {
         let backend = rendered(Backend::new(self.command.backend, moved))?;
         let (camera, watch) = (&scene.camera, self.watch());
         let lights = rendered(backend.virtual_lights(camera, settings, watch))?;
         let picture = backend.render_with_bounce(camera, &self.render_settings(), &lights, watch);
-        Ok(rendered(picture)?.diffuse)
+        Ok((rendered(picture)?.diffuse, lights.centers().to_vec()))
     }
 
     /// The path tracer's mean change a frame: over all frames, so that its noise is divided by them.

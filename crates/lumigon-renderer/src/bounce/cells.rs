@@ -135,7 +135,7 @@ impl<'a> Cell<'a> {
     fn lit_area(&self) -> Option<f64> {
         let area = self.area();
         let surely = area - self.doubtful();
-        if !(area > 0.0) || self.covered < LEAST_COVERAGE * surely {
+        if area <= 0.0 || self.covered < LEAST_COVERAGE * surely {
             return None;
         }
         Some(if self.covered >= surely {

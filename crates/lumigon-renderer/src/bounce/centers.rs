@@ -138,6 +138,6 @@ fn pieces(map: &CubeMap, piece_size: f64) -> Vec<(Piece, f64)> {
         .into_iter()
         .map(|(piece, [value, area])| (piece, value * (whole / area).min(1.0)));
     let mut pieces: Vec<_> = pieces.collect();
-    pieces.sort_unstable_by(|a, b| a.0.cmp(&b.0));
+    pieces.sort_unstable_by_key(|&(piece, _)| piece);
     pieces
 }

@@ -25,7 +25,7 @@ pub struct CubeTexel {
     pub albedo: [f32; 3],
     /// Linear RGB radiance of that light.
     pub radiance: [f32; 3],
-    /// The triangle: [`super::Facets`] knows its surface. Counted over all meshes of the scene.
+    /// The triangle, counted over all meshes of the scene.
     pub triangle: u32,
 }
 
@@ -78,7 +78,7 @@ impl CubeMap {
 
     /// Texels from the left and from the top to a direction.
     fn direction(&self, face: usize, x: f64, y: f64) -> DVec3 {
-        let [forward, up] = FACES[face].map(|v| v.as_dvec3());
+        let [forward, up] = FACES[face].map(DVec3::from);
         let right = forward.cross(up);
         let size = f64::from(self.face_size);
         forward + right * (2.0 * x / size - 1.0) + up * (1.0 - 2.0 * y / size)

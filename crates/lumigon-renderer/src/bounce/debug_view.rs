@@ -78,10 +78,7 @@ fn grey(scene: &Scene) -> Scene {
         name: material.name.clone(),
         base_color: Vec3::splat(GREY).extend(material.base_color.w),
         // What is cut out stays cut out.
-        base_color_texture: material
-            .base_color_texture
-            .clone()
-            .filter(|_| masked(material)),
+        base_color_texture: material.base_color_texture.filter(|_| masked(material)),
         metallic: 0.0,
         specular: 0.0,
         alpha_mode: material.alpha_mode,
@@ -200,7 +197,7 @@ fn triangulated(loops: &[Vec<Vec2>]) -> (Vec<Vec2>, Vec<[u32; 3]>) {
             }
         }
         let mut indices: Vec<u32> = Vec::new();
-        let points = vertices.iter().map(|p| p.to_array());
+        let points = vertices.iter().map(Vec2::to_array);
         earcut.earcut(points, &hole_starts, &mut indices);
         let first = all.len() as u32;
         let corners = indices.chunks_exact(3);
@@ -272,12 +269,14 @@ mod tests {
         let mut hole = square(1.0);
         hole.reverse();
         let polygon = PolygonLight::new(&[square(2.0), hole], Sides::Front).unwrap();
-        let mut lights = VirtualLights::default();
-        lights.polygons = vec![Light {
-            polygon: polygon.cast().unwrap(),
-            radiance: [3.0, 2.0, 1.0],
-            image: None,
-        }];
+        let lights = VirtualLights {
+            polygons: vec![Light {
+                polygon: polygon.cast().unwrap(),
+                radiance: [3.0, 2.0, 1.0],
+                image: None,
+            }],
+            ..VirtualLights::default()
+        };
         let view = lights.to_scene(&surroundings());
         assert_eq!((view.meshes.len(), view.materials.len()), (2, 2));
         let shown = area_of(&view.meshes[1]);
@@ -297,8 +296,10 @@ mod tests {
             intensity: Vec3::splat(intensity),
             least_distance: 0.1,
         };
-        let mut lights = VirtualLights::default();
-        lights.points = vec![point(0.0, 1.0), point(1.0, 4.0), point(2.0, 0.0)];
+        let lights = VirtualLights {
+            points: vec![point(0.0, 1.0), point(1.0, 4.0), point(2.0, 0.0)],
+            ..VirtualLights::default()
+        };
         let view = lights.to_scene(&surroundings());
         assert_eq!(view.meshes.len(), 3, "the dark one does not show");
         let [small, large] = [1, 2].map(|mesh| area_of(&view.meshes[mesh]));

@@ -109,6 +109,7 @@ fn by_cube_maps(
         lights = reduce(&maps);
     }
     lights.warn(warnings(&maps, facets));
+    lights.centers = maps.iter().map(|map| map.center).collect();
     Ok(lights)
 }
 

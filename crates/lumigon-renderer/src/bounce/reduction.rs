@@ -121,8 +121,7 @@ pub(super) fn reduced(samples: &[Sample], facets: &Facets, reduction: Reduction)
     let mut roots = Vec::new();
     let mut rest: Vec<u32> = (0..samples.len() as u32).collect();
     if reduction.merges {
-        let most = (count / 2).max(1);
-        let (flat, others) = by_facet(samples, most);
+        let (flat, others) = by_facet(samples, count / 2);
         roots.extend(
             flat.into_iter().map(|(facet, list)| {
                 Node::Cell(Cell::new(samples, &list, facets.get(facet), judge))
@@ -148,8 +147,8 @@ pub(super) fn reduced(samples: &[Sample], facets: &Facets, reduction: Reduction)
             continue;
         }
         match worst.split(samples, judge) {
-            Ok(halves) => tree.extend(halves.into_iter().filter(|half| half.light() > 0.0)),
-            Err(whole) => leaves.push(whole),
+            Some(halves) => tree.extend(halves.into_iter().filter(|half| half.light() > 0.0)),
+            None => leaves.push(worst),
         }
     }
     patches.extend(leaves.iter().map(|leaf| leaf.patch(samples)));
@@ -225,16 +224,10 @@ impl<'a> Node<'a> {
         }
     }
 
-    fn split(self, samples: &[Sample], judge: Judge) -> Result<[Self; 2], Self> {
+    fn split(&self, samples: &[Sample], judge: Judge) -> Option<[Self; 2]> {
         match self {
-            Self::Cell(cell) => match cell.split(judge) {
-                Some(halves) => Ok(halves.map(Self::Cell)),
-                None => Err(Self::Cell(cell)),
-            },
-            Self::Cluster(cluster) => match cluster.split(samples, judge) {
-                Some(halves) => Ok(halves.map(Self::Cluster)),
-                None => Err(Self::Cluster(cluster)),
-            },
+            Self::Cell(cell) => Some(cell.split(judge)?.map(Self::Cell)),
+            Self::Cluster(cluster) => Some(cluster.split(samples, judge)?.map(Self::Cluster)),
         }
     }
 

@@ -27,7 +27,7 @@ impl LightTargets {
     pub(crate) fn spread(lights: &[Light]) -> Self {
         Self {
             per_light: POINTS,
-            points: lights.iter().flat_map(|light| spread(light)).collect(),
+            points: lights.iter().flat_map(spread).collect(),
         }
     }
 }

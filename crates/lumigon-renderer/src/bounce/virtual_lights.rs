@@ -45,6 +45,7 @@ pub struct VirtualLights {
     pub(crate) targets: Option<LightTargets>,
     pub(super) gathered: Gathered,
     pub(super) warnings: Vec<String>,
+    pub(super) centers: Vec<[f32; 3]>,
 }
 
 impl VirtualLights {
@@ -122,6 +123,13 @@ impl VirtualLights {
     #[must_use]
     pub fn gathered_flux(&self) -> [f64; 3] {
         self.gathered.flux.to_array()
+    }
+
+    /// Where the cube maps have looked from. Given as [`BounceCenters::Points`](super::BounceCenters), the
+    /// next ones look from there too, whatever has moved.
+    #[must_use]
+    pub fn centers(&self) -> &[[f32; 3]] {
+        &self.centers
     }
 
     /// Texels of all cube maps that see a surface.

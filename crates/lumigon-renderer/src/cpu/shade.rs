@@ -136,13 +136,12 @@ fn add_few_polygons(
     hits: &Hits,
     lights: &[Light],
     fields: &[PlacedDistanceField<'_, f32>],
-    Methods {
-        diffuse,
-        specular,
-        images,
-    }: Methods,
+    methods: Methods,
     visible: Option<&Visible>,
 ) {
+    let Methods {
+        diffuse, images, ..
+    } = methods;
     for (surfaces, method) in [
         (&hits.irradiance, diffuse),
         (&hits.exact_irradiance, DiffuseMethod::default()),
@@ -188,7 +187,7 @@ fn add_few_polygons(
     let direct = isotropic.chain([(&hits.direct_anisotropic, true)]);
     for (direct, anisotropic) in direct.filter(|(batch, _)| !batch.is_empty()) {
         let [whole, schlick] = dispatch!(Level::new(), simd => {
-            responses(simd, direct, lights, fields, specular, images, anisotropic, visible)
+            responses(simd, direct, lights, fields, methods, anisotropic, visible)
         });
         for (i, &(hit, [f0, f90])) in direct.entries().iter().enumerate() {
             let (whole, schlick) = (at(&whole, i), at(&schlick, i));
@@ -429,11 +428,11 @@ fn responses<S: Simd>(
     lobes: &Batch<DIRECT, [Vec3; 2]>,
     lights: &[Light],
     fields: &[PlacedDistanceField<'_, f32>],
-    method: SpecularMethod,
-    images: ImageMethod,
+    methods: Methods,
     anisotropic: bool,
     visible: Option<&Visible>,
 ) -> [Sums; 2] {
+    let images = methods.images;
     let (mut all_whole, mut all_schlick) = (lobes.dark(), lobes.dark());
     lobes.for_each_packet::<S>(
         #[inline(always)]
@@ -443,7 +442,7 @@ fn responses<S: Simd>(
             let view = lobes.vectors(simd, 6, start);
             let mut whole = [Lanes::splat(simd, 0.0); 3];
             let mut schlick = whole;
-            match method {
+            match methods.specular {
                 SpecularMethod::None | SpecularMethod::Ltc { .. } => {}
                 SpecularMethod::ReflectedInclusion(rule) => {
                     let weight = schlick_weight(normal.dot(view));

@@ -44,7 +44,7 @@ impl Visible {
                 for &target in targets {
                     let offset = target - lobes.position;
                     let is_behind = side.is_some_and(|side| offset.dot(side) >= 0.0);
-                    if is_behind || !(offset.dot(normal) > 0.0) {
+                    if is_behind || offset.dot(normal) <= 0.0 {
                         continue;
                     }
                     asked += 1;
