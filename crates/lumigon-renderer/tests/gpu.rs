@@ -117,7 +117,8 @@ fn every_scene_looks_as_on_the_cpu() {
         let camera = camera(&scene);
         let cpu = cpu_picture(&scene, &camera, &small(2));
         let gpu = gpu_picture(&scene, &camera, &small(2));
-        assert!(lit(&cpu) > 96 * 64 / 3, "{}", path.display());
+        // Direct light is seen through the doorway alone in two-rooms.glb.
+        assert!(lit(&cpu) > 96 * 64 / 10, "{}", path.display());
         assert_same(&path.display().to_string(), &cpu, &gpu, 12);
     }
 }
