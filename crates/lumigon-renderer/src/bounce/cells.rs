@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use super::facets::Facet;
-use super::footprint::Convex;
+use super::footprint::{Convex, bounds};
 use super::reduction::{Judge, Patch, Sample};
 
 /// Where texels cover less than this share of a cell, its outline is not what they see.
@@ -153,8 +153,7 @@ impl<'a> Cell<'a> {
             return None;
         }
         let corners = self.fragments.iter().flat_map(|f| f.part.corners());
-        let low = corners.clone().fold(DVec2::INFINITY, |a, &b| a.min(b));
-        let high = corners.fold(DVec2::NEG_INFINITY, |a, &b| a.max(b));
+        let [low, high] = bounds(corners);
         let mut bounds = self.bounds;
         for _ in 0..MOST_HALVINGS {
             let size = bounds[1] - bounds[0];

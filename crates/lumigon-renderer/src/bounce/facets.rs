@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::footprint::PlaneFrame;
+use super::footprint::{PlaneFrame, bounds};
 use crate::scene::{FlatFace, Scene, flat_faces};
 
 /// A connected part of a surface that lies in one plane.
@@ -95,18 +95,10 @@ impl Facet {
             vertices.into_iter().map(|v| frame.flat(v)).collect()
         };
         let loops: Vec<Vec<DVec2>> = face.loops.iter().map(flat).collect();
-        let low = loops
-            .iter()
-            .flatten()
-            .fold(DVec2::INFINITY, |a, &b| a.min(b));
-        let high = loops
-            .iter()
-            .flatten()
-            .fold(DVec2::NEG_INFINITY, |a, &b| a.max(b));
         Self {
             frame,
+            bounds: bounds(loops.iter().flatten()),
             loops,
-            bounds: [low, high],
         }
     }
 }

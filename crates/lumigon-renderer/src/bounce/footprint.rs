@@ -47,6 +47,14 @@ impl PlaneFrame {
     }
 }
 
+/// The least and the greatest coordinates.
+pub(super) fn bounds<'a>(points: impl Iterator<Item = &'a DVec2> + Clone) -> [DVec2; 2] {
+    [
+        points.clone().fold(DVec2::INFINITY, |a, &b| a.min(b)),
+        points.fold(DVec2::NEG_INFINITY, |a, &b| a.max(b)),
+    ]
+}
+
 /// A convex polygon in a plane, counter-clockwise, of few corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Convex {

@@ -72,7 +72,7 @@ fn by_cube_maps(
     settings: &BounceSettings,
     watch: Watch<'_>,
 ) -> Result<VirtualLights, RenderError> {
-    check(settings, MAXIMUM_BOUNCES)?;
+    check(settings)?;
     let places = centers(backend, camera, &settings.centers, watch)?;
     let texels_a_map = 6 * u64::from(settings.face_size).pow(2);
     in_range(
@@ -118,7 +118,7 @@ fn by_shadow_maps(
     settings: &BounceSettings,
     watch: Watch<'_>,
 ) -> Result<VirtualLights, RenderError> {
-    check(settings, MAXIMUM_BOUNCES)?;
+    check(settings)?;
     // What a light does not reach is not in its map: no map sees all second bounces once.
     in_range(
         "the number of bounces by reflective shadow maps",
@@ -161,9 +161,9 @@ fn by_shadow_maps(
     Ok(lights)
 }
 
-fn check(settings: &BounceSettings, most_bounces: u32) -> Result<(), RenderError> {
+fn check(settings: &BounceSettings) -> Result<(), RenderError> {
     for (what, value, greatest) in [
-        ("the number of bounces", settings.bounces, most_bounces),
+        ("the number of bounces", settings.bounces, MAXIMUM_BOUNCES),
         (
             "the cube map's face size",
             settings.face_size,

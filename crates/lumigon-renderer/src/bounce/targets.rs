@@ -5,7 +5,7 @@ use lumigon::Sides;
 use lumigon_wgpu::Light;
 
 use super::Facets;
-use super::footprint::PlaneFrame;
+use super::footprint::{PlaneFrame, bounds};
 use crate::scene::{PunctualKind, PunctualLight};
 
 /// Points of a light that shadows before the first bounce are asked for.
@@ -64,14 +64,7 @@ fn spread(light: &Light) -> [Vec3; POINTS] {
         .loops()
         .map(|vertices| vertices.iter().map(|&v| frame.flat(double(v))).collect())
         .collect();
-    let low = loops
-        .iter()
-        .flatten()
-        .fold(DVec2::INFINITY, |a, &b| a.min(b));
-    let high = loops
-        .iter()
-        .flatten()
-        .fold(DVec2::NEG_INFINITY, |a, &b| a.max(b));
+    let [low, high] = bounds(loops.iter().flatten());
     let mut inside = (1..=MOST_TRIED)
         .map(|i| low + (high - low) * DVec2::new(radical_inverse(2, i), radical_inverse(3, i)))
         .filter(|&place| contains(&loops, place))

@@ -48,9 +48,7 @@ impl CpuRenderer<'_> {
         let hit = self.geometry.hit(self.scene, origin, direction, 0.0)?;
         Some((hit.surface(self.scene), direction, hit.triangle_of_scene()))
     }
-}
 
-impl CpuRenderer<'_> {
     /// What the hits scatter of `lights` by their diffuse lobes.
     fn bounce_light(
         &self,

@@ -54,8 +54,8 @@ pub(super) fn add_polygons(
             Sides::Front => Some(Vec3::from(<[f32; 3]>::from(light.polygon.normal()))),
             Sides::Both => None,
         };
-        let sides: Vec<_> = lights.iter().map(sides).collect();
-        let visible = visibility.trace(hits, i * LIGHTS_AT_ONCE, &sides);
+        let sides = lights.iter().map(sides);
+        let visible = visibility.trace(hits, i * LIGHTS_AT_ONCE, sides);
         add_few_polygons(scattered, hits, lights, fields, methods, visible.as_ref());
     }
 }
@@ -77,7 +77,12 @@ pub(super) enum Visibility<'a> {
 
 impl Visibility<'_> {
     /// For as many lights as there are `sides`, from the `first` on.
-    fn trace(&self, hits: &Hits, first: usize, sides: &[Option<Vec3>]) -> Option<Visible> {
+    fn trace(
+        &self,
+        hits: &Hits,
+        first: usize,
+        sides: impl Iterator<Item = Option<Vec3>>,
+    ) -> Option<Visible> {
         let Self::Traced {
             geometry,
             scene,
@@ -87,19 +92,9 @@ impl Visibility<'_> {
         else {
             return None;
         };
-        let of_light = |light: usize| {
-            let start = light * targets.per_light;
-            targets.points[start..start + targets.per_light].to_vec()
-        };
-        let targets: Vec<_> = (first..first + sides.len()).map(of_light).collect();
-        Some(Visible::trace(
-            geometry,
-            scene,
-            hits,
-            &targets,
-            sides,
-            is_cancelled,
-        ))
+        let points = &targets.points[first * targets.per_light..];
+        let lights: Vec<_> = points.chunks(targets.per_light).zip(sides).collect();
+        Some(Visible::trace(geometry, scene, hits, &lights, is_cancelled))
     }
 }
 
@@ -112,8 +107,8 @@ pub(super) fn add_virtual_points(
     visibility: Visibility<'_>,
 ) {
     for (i, points) in points.chunks(LIGHTS_AT_ONCE).enumerate() {
-        let sides: Vec<_> = points.iter().map(|point| Some(point.normal)).collect();
-        let visible = visibility.trace(hits, i * LIGHTS_AT_ONCE, &sides);
+        let sides = points.iter().map(|point| Some(point.normal));
+        let visible = visibility.trace(hits, i * LIGHTS_AT_ONCE, sides);
         for (hit, (lobes, scattered)) in (0..).zip(hits.lobes().iter().zip(&mut *scattered)) {
             let mut sum = Scattered::default();
             for (light, point) in points.iter().enumerate() {

@@ -19,8 +19,8 @@ pub(super) struct Visible {
 }
 
 impl Visible {
-    /// One ray for each hit and target; `targets` are those of each light, `sides` the normals of
-    /// lights that emit from one side.
+    /// One ray for each hit and target; of each of `lights` its targets and, where it emits from one
+    /// side, its normal.
     ///
     /// Targets below a hit's horizon are not asked for: what is left of their lights above it counts
     /// as seen.
@@ -28,18 +28,17 @@ impl Visible {
         geometry: &Geometry,
         scene: &Scene,
         hits: &Hits,
-        targets: &[Vec<Vec3>],
-        sides: &[Option<Vec3>],
+        lights: &[(&[Vec3], Option<Vec3>)],
         is_cancelled: &dyn Fn() -> bool,
     ) -> Self {
-        let mut shares = Vec::with_capacity(hits.lobes().len() * targets.len());
+        let mut shares = Vec::with_capacity(hits.lobes().len() * lights.len());
         for lobes in hits.lobes() {
             if is_cancelled() {
-                shares.resize(hits.lobes().len() * targets.len(), 0.0);
+                shares.resize(hits.lobes().len() * lights.len(), 0.0);
                 break;
             }
             let normal = lobes.normal;
-            for (targets, side) in targets.iter().zip(sides) {
+            for &(targets, side) in lights {
                 let (mut asked, mut seen) = (0, 0);
                 for &target in targets {
                     let offset = target - lobes.position;
@@ -58,7 +57,7 @@ impl Visible {
             }
         }
         Self {
-            lights: targets.len(),
+            lights: lights.len(),
             shares,
         }
     }
