@@ -1,5 +1,7 @@
 //! How bounce light changes from frame to frame.
 
+use std::sync::Arc;
+
 use glam::{DVec3, Vec3};
 use lumigon_renderer::{BounceCenters, BounceSettings, CpuRenderer, Pixels, RenderSettings, Scene};
 use serde::Serialize;
@@ -234,7 +236,7 @@ fn moved(scene: &Scene, light: usize, steps: f32) -> Scene {
     for vertex in polygon.loops.iter_mut().flatten() {
         *vertex = (DVec3::from(*vertex) + offset).to_array();
     }
-    let mesh = &mut scene.meshes[polygon.mesh];
+    let mesh = Arc::make_mut(&mut scene.meshes[polygon.mesh]);
     let corners = polygon
         .triangles
         .iter()

@@ -1,5 +1,7 @@
 //! A room with as many lights as wanted.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use lumigon_renderer::{EmissivePolygon, Material, Mesh, Scene};
 
@@ -102,14 +104,14 @@ fn faces(low: Vec3, high: Vec3) -> [[Vec3; 4]; 6] {
 fn add(scene: &mut Scene, name: &str, corners: [Vec3; 4], material: usize) {
     let [a, b, _, d] = corners;
     let normal = (b - a).cross(d - a).normalize_or(Vec3::Y);
-    scene.meshes.push(Mesh {
+    scene.meshes.push(Arc::new(Mesh {
         name: name.to_owned(),
         material,
         positions: corners.to_vec(),
         normals: vec![normal; 4],
         triangles: vec![[0, 1, 2], [0, 2, 3]],
         ..Mesh::default()
-    });
+    }));
 }
 
 #[cfg(test)]

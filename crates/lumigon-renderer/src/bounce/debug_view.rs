@@ -1,5 +1,7 @@
 //! Virtual lights as something to look at.
 
+use std::sync::Arc;
+
 use earcut::Earcut;
 use glam::{Vec2, Vec3, Vec4};
 use lumigon_wgpu::Light;
@@ -86,11 +88,11 @@ fn grey(scene: &Scene) -> Scene {
         ..Material::default()
     });
     let meshes = scene.meshes.iter().map(|mesh| {
-        let mut mesh = mesh.clone();
+        let mut mesh = Mesh::clone(mesh);
         for color in &mut mesh.colors {
             *color = Vec3::ONE.extend(color.w);
         }
-        mesh
+        Arc::new(mesh)
     });
     let textures = match scene.materials.iter().any(masked) {
         true => scene.textures.clone(),
@@ -123,14 +125,15 @@ fn add(
         unlit: true,
         ..Material::default()
     });
-    view.meshes.push(Mesh {
+    let mesh = Mesh {
         name: "virtual light".to_owned(),
         material,
         normals: vec![normal; positions.len()],
         positions,
         triangles,
         ..Mesh::default()
-    });
+    };
+    view.meshes.push(Arc::new(mesh));
 }
 
 fn add_point(view: &mut Scene, point: &VirtualPoint, radiance: f32, lift: f32) {
@@ -237,12 +240,12 @@ mod tests {
 
     fn surroundings() -> Scene {
         Scene {
-            meshes: vec![Mesh {
+            meshes: vec![Arc::new(Mesh {
                 positions: vec![Vec3::ZERO, Vec3::X * 10.0, Vec3::Y * 10.0],
                 normals: vec![Vec3::Z; 3],
                 triangles: vec![[0, 1, 2]],
                 ..Mesh::default()
-            }],
+            })],
             materials: vec![Material::default()],
             ..Scene::default()
         }

@@ -38,7 +38,11 @@ const NONE: u32 = u32::MAX;
 
 impl Facets {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let of_mesh: Vec<Vec<FlatFace>> = scene.meshes.par_iter().map(flat_faces).collect();
+        let of_mesh: Vec<Vec<FlatFace>> = scene
+            .meshes
+            .par_iter()
+            .map(|mesh| flat_faces(mesh))
+            .collect();
         let (low, high) = scene.bounds().unwrap_or_default();
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
         let mut this = Self {

@@ -23,7 +23,7 @@ use super::visibility::Visibility;
 use crate::bounce::{Facets, VirtualLights};
 use crate::cpu::{check_size, pixel_samples};
 use crate::render::{RenderError, RenderSettings, Rendering, Watch};
-use crate::scene::{Camera, EmissivePolygon, Mesh, Scene, Texture};
+use crate::scene::{Camera, EmissivePolygon, Scene, Texture};
 
 /// Longest side of a tile, in pixels: what every device can raster.
 const LONGEST_SIDE: u32 = 2048;
@@ -108,14 +108,8 @@ impl GpuRenderer {
         let textures = scene.textures.clone();
         let (polygons, punctual) = (&scene.polygon_lights, &scene.punctual_lights);
         let lighting = Lighting::new(gpu, polygons, &textures, punctual)?;
-        let outline = |mesh: &Mesh| Mesh {
-            material: mesh.material,
-            positions: mesh.positions.clone(),
-            triangles: mesh.triangles.clone(),
-            ..Mesh::default()
-        };
         let shapes = Scene {
-            meshes: scene.meshes.iter().map(outline).collect(),
+            meshes: scene.meshes.clone(),
             punctual_lights: punctual.clone(),
             ..Scene::default()
         };

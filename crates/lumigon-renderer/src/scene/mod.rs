@@ -13,6 +13,7 @@ mod surface;
 mod texture;
 
 use std::path::Path;
+use std::sync::Arc;
 
 pub use camera::{Camera, Projection};
 pub use emissive::{AlphaMask, EmissiveImage, EmissivePolygon, PlacedTexture, TextureMap};
@@ -33,7 +34,7 @@ pub(crate) use texture::{SRGB_TO_LINEAR, Texels};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// One mesh for each pair of node and primitive. All of its indices are in range.
-    pub meshes: Vec<Mesh>,
+    pub meshes: Vec<Arc<Mesh>>,
     /// The materials that [`Mesh::material`] indexes.
     pub materials: Vec<Material>,
     /// The textures that [`TextureRef::texture`] indexes: one for each pair of glTF texture and
@@ -100,7 +101,7 @@ impl Scene {
     pub fn bounds(&self) -> Option<(glam::Vec3, glam::Vec3)> {
         self.meshes
             .iter()
-            .filter_map(Mesh::bounds)
+            .filter_map(|mesh| mesh.bounds())
             .reduce(|(low, high), (l, h)| (low.min(l), high.max(h)))
     }
 }

@@ -1,5 +1,7 @@
 //! A lit plain seen from above: what whole frames are measured on.
 
+use std::sync::Arc;
+
 use glam::{Affine3A, Mat3A, Vec3, Vec4};
 use lumigon_renderer::{Camera, EmissivePolygon, Material, Mesh, Projection, Scene};
 
@@ -31,7 +33,7 @@ pub(super) fn plain(half: f32, eye: Vec3, polygon_lights: Vec<EmissivePolygon>) 
         },
     };
     Scene {
-        meshes: vec![ground],
+        meshes: vec![Arc::new(ground)],
         materials: vec![material],
         cameras: vec![camera],
         polygon_lights,

@@ -19,7 +19,7 @@ mod weld;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Limits, Material, Mesh, Texture, error::Fault};
+use super::{Limits, Material, Mesh, Scene, Texture, error::Fault};
 pub(crate) use flat_face::{FlatFace, flat_faces};
 pub use image::{AlphaMask, EmissiveImage, PlacedTexture};
 use mapping::Mapping;
@@ -181,6 +181,53 @@ impl Emitter<'_> {
         }
         Emitted { polygons, warnings }
     }
+}
+
+impl Scene {
+    /// The lights that the faces of one mesh make, as loading makes them, and what is to be said about
+    /// them; none where its material does not emit. [`Scene::polygon_lights`] is left as it is: put them
+    /// there in the place of the mesh's others.
+    ///
+    /// # Panics
+    /// Where there is no such mesh, or the mesh's indices are out of range.
+    #[must_use]
+    pub fn lights_of_mesh(
+        &self,
+        mesh: usize,
+        limits: &Limits,
+    ) -> (Vec<EmissivePolygon>, Vec<String>) {
+        let index = mesh;
+        let mesh = &self.meshes[index];
+        let material = &self.materials[mesh.material];
+        if !material.is_emissive() {
+            return Default::default();
+        }
+        let emitted = of_mesh(mesh, index, material, &self.textures, limits);
+        (emitted.polygons, emitted.warnings)
+    }
+}
+
+/// The lights of a mesh whose positions are known in single precision only.
+fn of_mesh(
+    mesh: &Mesh,
+    index: usize,
+    material: &Material,
+    textures: &[Texture],
+    limits: &Limits,
+) -> Emitted {
+    let positions: Vec<DVec3> = mesh.positions.iter().map(|p| p.as_dvec3()).collect();
+    let largest = mesh.positions.iter().map(|p| p.abs().max_element());
+    let largest = f64::from(largest.fold(0.0, f32::max));
+    Emitter {
+        mesh,
+        index,
+        positions: &positions,
+        // Each coordinate is off by half a unit in the last place.
+        noise: largest * f64::from(f32::EPSILON),
+        material,
+        textures,
+    }
+    .polygons(limits.light_image_side)
 }
 
 /// Takes the pyramids of lights' pictures from a budget, or says which does not fit.

@@ -1,10 +1,11 @@
 //! Another picture on lights.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::{EmissivePolygon, Emitter, take_pyramids};
+use super::{EmissivePolygon, take_pyramids};
 use crate::scene::{
     ImageFile, Limits, Mesh, Sampler, Scene, SceneError, TextureRef, Wrap, error::Fault,
 };
@@ -66,7 +67,7 @@ impl Scene {
 
     /// The meshes of that name whose material emits.
     fn emissive_meshes(&self, name: &str) -> Result<BTreeSet<usize>, Fault> {
-        let emits = |mesh: &&Mesh| self.materials[mesh.material].is_emissive();
+        let emits = |mesh: &&Arc<Mesh>| self.materials[mesh.material].is_emissive();
         let named = |mesh: &Mesh| {
             let parts = mesh.name.split('/');
             let without_index = |part: &str| part.split('[').next() == Some(name) || part == name;
@@ -120,7 +121,7 @@ impl Changed {
         let mut own = BTreeMap::new();
         let mut before = Vec::new();
         for &index in meshes {
-            let mut mesh = scene.meshes[index].clone();
+            let mut mesh = Mesh::clone(&scene.meshes[index]);
             let material = *own.entry(mesh.material).or_insert_with(|| {
                 if others.contains(&mesh.material) {
                     changed
@@ -193,27 +194,16 @@ impl Changed {
     /// The lights of one of the meshes as it is to be.
     fn lights(&mut self, scene: &Scene, index: usize, limits: &Limits) -> super::Emitted {
         let found = self.meshes.iter().find(|(i, _)| *i == index);
-        let mesh = found.map_or(&scene.meshes[index], |(_, mesh)| mesh);
-        let positions: Vec<DVec3> = mesh.positions.iter().map(|p| p.as_dvec3()).collect();
-        let largest = mesh.positions.iter().map(|p| p.abs().max_element());
-        let largest = f64::from(largest.fold(0.0, f32::max));
-        Emitter {
-            mesh,
-            index,
-            positions: &positions,
-            // Each coordinate is off by half a unit in the last place.
-            noise: largest * f64::from(f32::EPSILON),
-            material: &self.materials[mesh.material],
-            textures: &self.textures,
-        }
-        .polygons(limits.light_image_side)
+        let mesh = found.map_or(&*scene.meshes[index], |(_, mesh)| mesh);
+        let material = &self.materials[mesh.material];
+        super::of_mesh(mesh, index, material, &self.textures, limits)
     }
 
     fn store(self, scene: &mut Scene) {
         scene.materials = self.materials;
         scene.textures = self.textures;
         for (index, mesh) in self.meshes {
-            scene.meshes[index] = mesh;
+            scene.meshes[index] = Arc::new(mesh);
         }
     }
 }
@@ -288,7 +278,7 @@ mod tests {
             if emitter.material.is_emissive() {
                 scene.polygon_lights.extend(emitter.polygons(64).polygons);
             }
-            scene.meshes.push(mesh);
+            scene.meshes.push(Arc::new(mesh));
         }
         scene
     }

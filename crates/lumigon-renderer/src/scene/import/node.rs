@@ -1,6 +1,7 @@
 //! The node hierarchy to world space.
 
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 use glam::{Affine3A, DAffine3, DMat4, DQuat, DVec3};
 use gltf::json::{self, camera::Type as CameraType, validation::Checked};
@@ -193,7 +194,7 @@ impl LightBudget<'_> {
                 .for_each(|text| warnings.add(text));
             scene.polygon_lights.extend(emitted.polygons);
         }
-        scene.meshes.push(mesh);
+        scene.meshes.push(Arc::new(mesh));
         Ok(())
     }
 }

@@ -1,0 +1,1 @@
+//! A window on a glTF scene lit by its emissive polygons.
