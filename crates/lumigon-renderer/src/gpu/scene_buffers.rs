@@ -329,7 +329,7 @@ mod tests {
             ..Material::default()
         };
         let scene = Scene {
-            meshes: vec![triangle(0), triangle(1), triangle(2), triangle(1)],
+            meshes: [0, 1, 2, 1].map(|i| triangle(i).into()).to_vec(),
             materials: vec![masked, Material::default(), double_sided],
             ..Scene::default()
         };
