@@ -168,7 +168,10 @@ impl Gpu {
     }
 
     /// Whether the device is still there and nothing went wrong unheard.
-    pub(super) fn check(&self) -> Result<(), GpuError> {
+    ///
+    /// # Errors
+    /// Where the device is lost or refused its work; the latter is told once.
+    pub fn check(&self) -> Result<(), GpuError> {
         if let Some(reason) = &*lock(&self.faults.lost) {
             let reason = reason.clone();
             return Err(GpuError::Lost { reason });
