@@ -5,6 +5,7 @@
 //! that got it. Whatever takes longer than a frame works in the background and wakes the window.
 
 mod app;
+pub mod document;
 mod navigation;
 mod options;
 mod replay;
