@@ -6,6 +6,7 @@
 mod bounce;
 mod cpu;
 mod gpu;
+mod kept_light;
 mod picture;
 mod prepared_lights;
 mod render;
@@ -15,7 +16,9 @@ pub use bounce::{
     BounceCenters, BounceMethod, BounceSettings, BounceVisibility, CubeMap, CubeTexel,
     MAXIMUM_BOUNCES, MAXIMUM_FACE_SIZE, MAXIMUM_VIRTUAL_LIGHTS, VirtualLightKind, VirtualLights,
 };
-pub use cpu::CpuRenderer;
+pub use cpu::{
+    CpuRenderer, CpuTimings, PickedSurface, Probe, ProbedLight, ProbedRadiance, STRONGEST_LIGHTS,
+};
 pub use gpu::{
     AdapterDescription, AdapterKind, Gpu, GpuError, GpuPreference, GpuRenderer, GpuTimings,
 };

@@ -1,5 +1,6 @@
 //! Images on polygon lights.
 
+use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -96,14 +97,16 @@ impl<T: Real> ImageFrame<T> {
 /// The image lies on a parallelogram around the light's outline; what is outside the outline emits
 /// nothing. Texels carry how much of them the outline covers, and colours continue beyond it, so
 /// that filtering mixes no black in.
+///
+/// Copies share their texels until one of them is replaced.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightImage<S> {
     frame: ImageFrame<S>,
-    pyramid: ImagePyramid,
+    pyramid: Arc<ImagePyramid>,
     /// Share of each texel inside the outline, and which texel gives it its colour; none where all
     /// are wholly inside.
-    outline: Option<Outline>,
-    gaussian: Option<GaussianLevels>,
+    outline: Option<Arc<Outline>>,
+    gaussian: Option<Arc<GaussianLevels>>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -130,22 +133,7 @@ impl<S: Scalar> LightImage<S> {
         {
             return Err(LightImageError::Size { width, height });
         }
-        let (center, radius) = light.circumscribed_circle();
-        let inverse = 1.0 / radius;
-        // On the light's plane, as its vertices.
-        let flat = |v: Vec3<f64>| v - light.normal() * light.normal().dot(v);
-        let plane = light.normal() * light.normal().dot(light.offsets()[0]);
-        let frame = ImageFrame {
-            corner: flat((Vec3::from(corner) - center) * inverse) + plane,
-            edge_u: flat(Vec3::from(edge_u) * inverse),
-            edge_v: flat(Vec3::from(edge_v) * inverse),
-        };
-        let area = frame.edge_u.cross(frame.edge_v).length();
-        let lengths = frame.edge_u.length() * frame.edge_v.length();
-        let finite = area.is_finite() && frame.corner.length().is_finite();
-        if !finite || area <= 1e-9 * lengths || lengths < 1e-18 {
-            return Err(LightImageError::Frame);
-        }
+        let frame = flat_frame(light, [corner, edge_u, edge_v])?;
         let scaled = |offset: Vec3<f64>| {
             let [u, v] = frame.coordinates(offset);
             [u * f64::from(width), v * f64::from(height)]
@@ -159,21 +147,33 @@ impl<S: Scalar> LightImage<S> {
                 frame.edge_v.length() / f64::from(height),
             ];
             let source = nearest_covered(&coverage, width as usize, texel);
-            Outline { coverage, source }
+            Arc::new(Outline { coverage, source })
         });
-        let cast = |v: Vec3<f64>| Vec3::new(S::from_f64(v.x), S::from_f64(v.y), S::from_f64(v.z));
         let mut image = Self {
-            frame: ImageFrame {
-                corner: cast(frame.corner),
-                edge_u: cast(frame.edge_u),
-                edge_v: cast(frame.edge_v),
-            },
-            pyramid: ImagePyramid::new(size),
+            frame: cast_frame(&frame),
+            pyramid: Arc::new(ImagePyramid::new(size)),
             outline,
             gaussian: None,
         };
         image.fill(&vec![[1.0; 3]; width as usize * height as usize]);
         Ok(image)
+    }
+
+    /// The same texels on a light that has been moved, turned or scaled as a whole: its outline lies in
+    /// the parallelogram, in space as [`LightImage::new`] takes it, as the one before did in its own.
+    /// Nothing is filtered again.
+    ///
+    /// # Errors
+    /// Where the parallelogram is none.
+    pub fn moved(
+        &self,
+        light: &PolygonLight<f64>,
+        parallelogram: [[f64; 3]; 3],
+    ) -> Result<Self, LightImageError> {
+        Ok(Self {
+            frame: cast_frame(&flat_frame(light, parallelogram)?),
+            ..self.clone()
+        })
     }
 
     /// Shows other colours: linear, one a texel of [`LightImage::size`], row by row from (0, 0). Filters
@@ -204,8 +204,9 @@ impl<S: Scalar> LightImage<S> {
 
     fn fill(&mut self, colors: &[[f32; 3]]) {
         let width = self.size()[0] as usize;
-        let outline = self.outline.as_ref();
-        for_each_row(self.pyramid.base(), width, |y, row| {
+        let outline = self.outline.as_deref();
+        let pyramid = Arc::make_mut(&mut self.pyramid);
+        for_each_row(pyramid.base(), width, |y, row| {
             for (x, texel) in row.iter_mut().enumerate() {
                 let i = y * width + x;
                 let (weight, source) = match outline {
@@ -216,21 +217,21 @@ impl<S: Scalar> LightImage<S> {
                 *texel = [r, g, b, weight];
             }
         });
-        self.pyramid.filter();
+        pyramid.filter();
         if self.gaussian.is_some() {
-            self.gaussian = Some(GaussianLevels::new(&self.pyramid, BEYOND));
+            self.filter_gaussian_levels();
         }
     }
 
     /// Filters the levels that [`ImageMethod::Lookup`](crate::ImageMethod::Lookup) reads, now and at
     /// every [`LightImage::replace`]: a few times the work of the pyramid.
     pub fn filter_gaussian_levels(&mut self) {
-        self.gaussian = Some(GaussianLevels::new(&self.pyramid, BEYOND));
+        self.gaussian = Some(Arc::new(GaussianLevels::new(&self.pyramid, BEYOND)));
     }
 
     /// The levels of [`LightImage::filter_gaussian_levels`], if it was called.
     pub fn gaussian_levels(&self) -> Option<&GaussianLevels> {
-        self.gaussian.as_ref()
+        self.gaussian.as_deref()
     }
 
     /// Texels across and down.
@@ -252,13 +253,45 @@ impl<S: Scalar> LightImage<S> {
     /// How much of each texel is inside the outline, row by row, and which texel gives it its
     /// colour; `None` where the outline covers all of the image.
     pub fn coverage(&self) -> Option<(&[f32], &[u32])> {
-        let outline = self.outline.as_ref()?;
+        let outline = self.outline.as_deref()?;
         Some((&outline.coverage, &outline.source))
     }
 
     /// The mean colour of the outline's inside.
     pub fn mean(&self) -> [f32; 3] {
         color(self.pyramid.mean())
+    }
+}
+
+/// A parallelogram on the light's plane, as its vertices are, in its radii.
+fn flat_frame(
+    light: &PolygonLight<f64>,
+    [corner, edge_u, edge_v]: [[f64; 3]; 3],
+) -> Result<ImageFrame<f64>, LightImageError> {
+    let (center, radius) = light.circumscribed_circle();
+    let inverse = 1.0 / radius;
+    let flat = |v: Vec3<f64>| v - light.normal() * light.normal().dot(v);
+    let plane = light.normal() * light.normal().dot(light.offsets()[0]);
+    let frame = ImageFrame {
+        corner: flat((Vec3::from(corner) - center) * inverse) + plane,
+        edge_u: flat(Vec3::from(edge_u) * inverse),
+        edge_v: flat(Vec3::from(edge_v) * inverse),
+    };
+    let area = frame.edge_u.cross(frame.edge_v).length();
+    let lengths = frame.edge_u.length() * frame.edge_v.length();
+    let finite = area.is_finite() && frame.corner.length().is_finite();
+    if !finite || area <= 1e-9 * lengths || lengths < 1e-18 {
+        return Err(LightImageError::Frame);
+    }
+    Ok(frame)
+}
+
+fn cast_frame<S: Scalar>(frame: &ImageFrame<f64>) -> ImageFrame<S> {
+    let cast = |v: Vec3<f64>| Vec3::new(S::from_f64(v.x), S::from_f64(v.y), S::from_f64(v.z));
+    ImageFrame {
+        corner: cast(frame.corner),
+        edge_u: cast(frame.edge_u),
+        edge_v: cast(frame.edge_v),
     }
 }
 

@@ -259,6 +259,11 @@ impl<S: Scalar> PolygonLight<S> {
         (self.center, self.radius)
     }
 
+    /// Whether both have the same vertices in their planes, to the last bit, in radii along their axes.
+    pub fn has_outline_of(&self, other: &Self) -> bool {
+        self.plane_offsets == other.plane_offsets && self.loop_ends == other.loop_ends
+    }
+
     /// Number of vertices of all loops.
     pub fn vertex_count(&self) -> usize {
         self.offsets.len()

@@ -1,12 +1,13 @@
 //! The flat parts of a scene's surfaces.
 
-use std::sync::OnceLock;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
 
 use super::footprint::{PlaneFrame, bounds};
-use crate::scene::{FlatFace, Scene, flat_faces};
+use crate::scene::{FlatFace, Mesh, Scene, flat_faces};
 
 /// A connected part of a surface that lies in one plane.
 #[derive(Debug)]
@@ -22,7 +23,9 @@ pub(super) struct Facet {
 /// All facets of a scene.
 #[derive(Debug, Default)]
 pub(crate) struct Facets {
-    list: Vec<Facet>,
+    list: Vec<Arc<Facet>>,
+    /// Each mesh, and how many facets and triangles come before its own.
+    meshes: Vec<(Arc<Mesh>, usize, usize)>,
     /// For each triangle of the scene, counted over its meshes, the facet that it is part of.
     of_triangle: Vec<u32>,
     /// Length of the diagonal of the box around all triangles.
@@ -38,10 +41,16 @@ const NONE: u32 = u32::MAX;
 
 impl Facets {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let of_mesh: Vec<Vec<FlatFace>> = scene
+        Self::edited(scene, &Self::default())
+    }
+
+    /// Of a scene after edits: meshes that are what and where they were keep theirs.
+    pub(crate) fn edited(scene: &Scene, earlier: &Self) -> Self {
+        let of_mesh: Vec<Option<Vec<FlatFace>>> = scene
             .meshes
             .par_iter()
-            .map(|mesh| flat_faces(mesh))
+            .enumerate()
+            .map(|(i, mesh)| earlier.place(i, mesh).is_none().then(|| flat_faces(mesh)))
             .collect();
         let (low, high) = scene.bounds().unwrap_or_default();
         let (low, high) = (low.as_dvec3(), high.as_dvec3());
@@ -50,17 +59,38 @@ impl Facets {
             scene_bounds: [low, high],
             ..Self::default()
         };
-        for (mesh, faces) in scene.meshes.iter().zip(of_mesh) {
-            let first = this.of_triangle.len();
+        for (i, (mesh, faces)) in scene.meshes.iter().zip(of_mesh).enumerate() {
+            let (first_facet, first) = (this.list.len(), this.of_triangle.len());
+            this.meshes.push((Arc::clone(mesh), first_facet, first));
+            if let Some((facets, triangles)) = earlier.place(i, mesh) {
+                this.list.extend_from_slice(&earlier.list[facets.clone()]);
+                let renamed = |&facet: &u32| match facet {
+                    NONE => NONE,
+                    facet => facet - facets.start as u32 + first_facet as u32,
+                };
+                let of_triangle = earlier.of_triangle[triangles].iter().map(renamed);
+                this.of_triangle.extend(of_triangle);
+                continue;
+            }
             this.of_triangle.resize(first + mesh.triangles.len(), NONE);
-            for face in faces {
+            for face in faces.unwrap_or_default() {
                 for &triangle in &face.triangles {
                     this.of_triangle[first + triangle as usize] = this.list.len() as u32;
                 }
-                this.list.push(Facet::new(&face));
+                this.list.push(Arc::new(Facet::new(&face)));
             }
         }
         this
+    }
+
+    /// The facets and the triangles of a mesh, if it is the one that was there.
+    fn place(&self, index: usize, mesh: &Arc<Mesh>) -> Option<(Range<usize>, Range<usize>)> {
+        let (same, first_facet, first) = self.meshes.get(index)?;
+        let (list, triangles) = (self.list.len(), self.of_triangle.len());
+        let next = self.meshes.get(index + 1);
+        let (last_facet, last) =
+            next.map_or((list, triangles), |&(_, facet, first)| (facet, first));
+        Arc::ptr_eq(same, mesh).then_some((*first_facet..last_facet, *first..last))
     }
 
     /// The index of the facet that a triangle is part of.

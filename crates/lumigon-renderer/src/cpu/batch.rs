@@ -52,6 +52,12 @@ impl<const N: usize, W: Copy> Batch<N, W> {
         &self.entries
     }
 
+    /// Those of one entry.
+    pub(super) fn numbers(&self, entry: usize) -> [f32; N] {
+        let packet = &self.packets[entry / PACKET];
+        std::array::from_fn(|list| packet[list][entry % PACKET])
+    }
+
     /// Sums over lights for each entry, by channel, all dark. With room for whole packets.
     pub(super) fn dark(&self) -> [Vec<f32>; 3] {
         let length = self.packets.len() * PACKET;

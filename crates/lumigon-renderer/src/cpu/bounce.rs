@@ -1,6 +1,7 @@
 //! What bounce light asks of the CPU: rays for cube maps, and light on what they meet.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
@@ -45,8 +46,8 @@ impl CpuRenderer<'_> {
     ) -> Option<(SurfaceSample, Vec3, u32)> {
         let at = |texel: u32| (f64::from(texel) + 0.5) / f64::from(size);
         let (origin, direction) = camera.ray(at(column) as f32, at(row) as f32, 1.0);
-        let hit = self.geometry.hit(self.scene, origin, direction, 0.0)?;
-        Some((hit.surface(self.scene), direction, hit.triangle_of_scene()))
+        let hit = self.geometry.hit(&self.scene, origin, direction, 0.0)?;
+        Some((hit.surface(&self.scene), direction, hit.triangle_of_scene()))
     }
 
     /// What the hits scatter of `lights` by their diffuse lobes.
@@ -92,7 +93,7 @@ impl CpuRenderer<'_> {
                 let epsilon = self.geometry.epsilon;
                 let farthest = distance - epsilon;
                 let geometry = &self.geometry;
-                !shadows || !geometry.occluded(self.scene, position, towards, epsilon, farthest)
+                !shadows || !geometry.occluded(&self.scene, position, towards, epsilon, farthest)
             };
             shade::add_punctual(&mut light, hits, one, methods.specular, is_visible);
         }
@@ -124,7 +125,7 @@ impl CpuRenderer<'_> {
     ) -> Visibility<'b> {
         Visibility::Traced {
             geometry: &self.geometry,
-            scene: self.scene,
+            scene: &self.scene,
             targets,
             is_cancelled,
         }
@@ -228,7 +229,12 @@ impl Gather for CpuRenderer<'_> {
     }
 
     fn facets(&self) -> &Facets {
-        self.facets.get_or_init(|| Facets::new(self.scene))
+        self.facets.get_or_init(|| {
+            Arc::new(match &self.earlier_facets {
+                Some(earlier) => Facets::edited(&self.scene, earlier),
+                None => Facets::new(&self.scene),
+            })
+        })
     }
 
     fn light_places(&self) -> Vec<(usize, Vec3)> {

@@ -2,14 +2,33 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use lumigon::{DistanceFieldError, DistanceFieldSettings, DistanceFields};
+use lumigon::{DistanceFieldError, DistanceFieldSettings, DistanceFields, PolygonLight};
 use lumigon_wgpu::Light;
 
 /// Fields of a scene's lights, as they were last wanted.
 #[derive(Default)]
-pub(super) struct FieldCache(Mutex<Option<(DistanceFieldSettings, Arc<DistanceFields<f32>>)>>);
+pub(super) struct FieldCache(Mutex<Option<Kept>>);
+
+#[derive(Clone)]
+struct Kept {
+    settings: DistanceFieldSettings,
+    fields: Arc<DistanceFields<f32>>,
+    /// Of the outline that each field was baked from.
+    shapes: Arc<Vec<PolygonLight<f32>>>,
+    /// The lights are still those that the fields are for.
+    is_current: bool,
+}
 
 impl FieldCache {
+    /// For a scene whose lights may have changed: fields of shapes that have not are not baked again.
+    pub(super) fn edited(&self) -> Self {
+        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        Self(Mutex::new(kept.as_ref().map(|kept| Kept {
+            is_current: false,
+            ..kept.clone()
+        })))
+    }
+
     /// The lights' fields; baked unless they were the last ones that were asked for.
     pub(super) fn get(
         &self,
@@ -18,17 +37,33 @@ impl FieldCache {
         budget: u64,
     ) -> Result<Arc<DistanceFields<f32>>, DistanceFieldError> {
         let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((of, fields)) = &*kept
-            && *of == settings
+        let same = kept.take().filter(|kept| kept.settings == settings);
+        if let Some(same) = &same
+            && same.is_current
         {
-            lumigon::check_budget(fields.fields().len(), settings, budget)?;
-            return Ok(Arc::clone(fields));
+            lumigon::check_budget(same.fields.fields().len(), settings, budget)?;
+            let fields = Arc::clone(&same.fields);
+            *kept = Some(same.clone());
+            return Ok(fields);
         }
-        // Not both at once in memory.
-        *kept = None;
         let polygons = lights.iter().map(|light| &light.polygon);
-        let fields = Arc::new(DistanceFields::new(polygons, settings, budget)?);
-        *kept = Some((settings, Arc::clone(&fields)));
+        // One that was baked from the very same outline.
+        let baked = |shape: &PolygonLight<f32>| {
+            let earlier = same.as_ref()?;
+            let index = earlier
+                .shapes
+                .iter()
+                .position(|other| other.has_outline_of(shape))?;
+            Some(earlier.fields.fields()[index].clone())
+        };
+        let (fields, shapes) = DistanceFields::with_baked(polygons, settings, budget, baked)?;
+        let fields = Arc::new(fields);
+        *kept = Some(Kept {
+            settings,
+            fields: Arc::clone(&fields),
+            shapes: Arc::new(shapes.iter().map(|&i| lights[i].polygon.clone()).collect()),
+            is_current: true,
+        });
         Ok(fields)
     }
 }

@@ -3,25 +3,34 @@
 mod batch;
 mod bounce;
 mod distance_fields;
+mod edited;
 mod fitted_lobes;
 mod geometry;
+mod held_scene;
 mod hits;
+mod layer;
+mod light_counts;
 mod lobes;
 mod material;
+mod pick;
 mod pixel_samples;
+mod probe;
 mod reference;
 mod shade;
+mod timings;
 mod visible;
 
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
+use std::time::Instant;
 
-use lumigon::{ImageMethod, LightImage, PlacedDistanceField, SpecularMethod, Vec3 as LightVec3};
+use lumigon::{
+    DistanceFields, ImageMethod, LightImage, PlacedDistanceField, SpecularMethod, Vec3 as LightVec3,
+};
 use lumigon_wgpu::Light;
 use rayon::prelude::*;
 
 use crate::bounce::{Facets, LightTargets, VirtualLights};
-use crate::prepared_lights::PreparedLights;
 use crate::render::{
     MAXIMUM_SIDE, Pixels, ReferenceRendering, ReferenceSettings, RenderError, RenderSettings,
     Rendering, Watch,
@@ -31,10 +40,15 @@ use crate::scene::{Camera, Scene};
 use distance_fields::FieldCache;
 use fitted_lobes::FittedLobes;
 pub(crate) use geometry::{Geometry, ray_epsilon};
+use held_scene::HeldScene;
 use hits::{Hits, Wanted};
 use lobes::Scattered;
+pub use pick::PickedSurface;
 pub(crate) use pixel_samples::pixel_samples;
+pub use probe::{Probe, ProbedLight, ProbedRadiance, STRONGEST_LIGHTS};
 use shade::Visibility;
+pub use timings::CpuTimings;
+use timings::Spent;
 
 /// Side of the square of pixels that one task renders: large enough to fill SIMD lanes with
 /// neighbours, small enough to keep every thread busy to the end.
@@ -48,7 +62,7 @@ const MAXIMUM_SAMPLES: u32 = 65_536;
 
 /// A scene prepared for rendering on the CPU.
 pub struct CpuRenderer<'a> {
-    scene: &'a Scene,
+    scene: HeldScene<'a>,
     geometry: Geometry,
     lights: Vec<Light>,
     /// Their indices in the scene.
@@ -56,35 +70,23 @@ pub struct CpuRenderer<'a> {
     /// The same lights, where images have the levels of the one lookup.
     lookup_lights: OnceLock<Vec<Light>>,
     warnings: Vec<String>,
-    fitted: FittedLobes,
+    fitted: Arc<FittedLobes>,
     fields: FieldCache,
     /// The flat parts of the surfaces, for bounce light.
-    facets: OnceLock<Facets>,
+    facets: OnceLock<Arc<Facets>>,
+    /// Those before the scene was edited.
+    earlier_facets: Option<Arc<Facets>>,
     /// Where rays to the lights go, for bounce light.
     targets: OnceLock<LightTargets>,
+    /// Of the last picture.
+    timings: Mutex<Option<CpuTimings>>,
 }
 
 impl<'a> CpuRenderer<'a> {
     /// Builds the hierarchy and prepares the lights.
     #[must_use]
     pub fn new(scene: &'a Scene) -> Self {
-        let PreparedLights {
-            lights,
-            sources,
-            warnings,
-        } = PreparedLights::new(&scene.polygon_lights, &scene.textures);
-        Self {
-            scene,
-            geometry: Geometry::new(scene),
-            lights,
-            sources,
-            lookup_lights: OnceLock::new(),
-            warnings,
-            fitted: FittedLobes::new(),
-            fields: FieldCache::default(),
-            facets: OnceLock::new(),
-            targets: OnceLock::new(),
-        }
+        Self::held(HeldScene::Borrowed(scene))
     }
 
     /// Shows another picture on the light `light` of [`Scene::polygon_lights`], in place: linear RGB of
@@ -142,20 +144,16 @@ impl<'a> CpuRenderer<'a> {
         check_size(settings.width, settings.height, settings.samples)?;
         let (width, height) = (settings.width, settings.height);
         let samples = pixel_samples(settings.samples);
-        let fields = match settings.specular {
-            SpecularMethod::ReflectedDistanceField { field, .. } => {
-                let budget = settings.distance_field_budget;
-                Some(self.fields.get(&self.lights, field, budget)?)
-            }
-            _ => None,
-        };
+        let fields = self.fields_for(settings)?;
         let fields: Vec<_> = fields.iter().flat_map(|fields| fields.iter()).collect();
+        let spent = Spent::default();
         let frame = Frame {
             camera,
             settings,
             samples: &samples,
             fields: &fields,
             virtual_lights,
+            spent: &spent,
         };
         let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
         let total = u64::from(columns) * u64::from(rows);
@@ -174,6 +172,7 @@ impl<'a> CpuRenderer<'a> {
             })
             .collect();
 
+        self.keep_timings(&spent);
         let mut picture = Rendering::black(width, height)?;
         for tile in tiles {
             let tile = tile.ok_or(RenderError::Cancelled)?;
@@ -200,7 +199,7 @@ impl<'a> CpuRenderer<'a> {
         watch: Watch<'_>,
     ) -> Result<ReferenceRendering, RenderError> {
         check_size(settings.width, settings.height, settings.samples)?;
-        reference::render(self.scene, &self.geometry, camera, settings, watch)
+        reference::render(&self.scene, &self.geometry, camera, settings, watch)
     }
 
     /// The pixels from (x, y) to a tile's side beyond, or to the picture's edge; none where the
@@ -225,18 +224,14 @@ impl<'a> CpuRenderer<'a> {
         );
         let aspect = settings.width as f32 / settings.height as f32;
         let share = 1.0 / samples.len() as f32;
-        let wanted = Wanted {
-            diffuse: settings.diffuse,
-            specular: settings.specular,
-            lobes: !self.scene.punctual_lights.is_empty()
-                || !frame.virtual_lights.points.is_empty()
-                || frame.virtual_lights.targets.is_some(),
-        };
+        let wanted = self.wanted(settings, frame.virtual_lights);
+        let scene: &Scene = &self.scene;
         // A few samples at a time: thousands of them would fill memory, and be slow to stop.
         for samples in samples.chunks(SAMPLES_AT_ONCE) {
             if watch.is_cancelled() {
                 return None;
             }
+            let start = Instant::now();
             hits.clear();
             for pixel in 0..tile.emitted.len() as u32 {
                 let (px, py) = (x + pixel % tile.width, y + pixel / tile.width);
@@ -244,15 +239,39 @@ impl<'a> CpuRenderer<'a> {
                     let u = (f64::from(px) + offset[0]) / f64::from(settings.width);
                     let v = (f64::from(py) + offset[1]) / f64::from(settings.height);
                     let (origin, direction) = camera.ray(u as f32, v as f32, aspect);
-                    if let Some(hit) = self.geometry.hit(self.scene, origin, direction, 0.0) {
-                        let surface = hit.surface(self.scene);
+                    if let Some(hit) = self.geometry.hit(scene, origin, direction, 0.0) {
+                        let surface = hit.surface(scene);
                         hits.push(pixel, &surface, -direction, &self.fitted, wanted);
                     }
                 }
             }
+            frame.spent.on_rays(start);
             self.shade(hits, frame, share, &mut tile, watch);
         }
         Some(tile)
+    }
+
+    /// What to keep of the surfaces that are seen.
+    fn wanted(&self, settings: &RenderSettings, virtual_lights: &VirtualLights) -> Wanted {
+        Wanted {
+            diffuse: settings.diffuse,
+            specular: settings.specular,
+            lobes: !self.scene.punctual_lights.is_empty()
+                || !virtual_lights.points.is_empty()
+                || virtual_lights.targets.is_some(),
+        }
+    }
+
+    /// The lights' distance fields, for the method that reads them.
+    fn fields_for(
+        &self,
+        settings: &RenderSettings,
+    ) -> Result<Option<Arc<DistanceFields<f32>>>, RenderError> {
+        let SpecularMethod::ReflectedDistanceField { field, .. } = settings.specular else {
+            return Ok(None);
+        };
+        let budget = settings.distance_field_budget;
+        Ok(Some(self.fields.get(&self.lights, field, budget)?))
     }
 
     fn lights(&self, images: ImageMethod) -> &[Light] {
@@ -264,6 +283,7 @@ impl<'a> CpuRenderer<'a> {
             lights
                 .iter_mut()
                 .filter_map(|light| light.image.as_mut())
+                .filter(|image| image.gaussian_levels().is_none())
                 .for_each(LightImage::filter_gaussian_levels);
             lights
         })
@@ -283,6 +303,7 @@ impl<'a> CpuRenderer<'a> {
             images: settings.image_method,
         };
         let mut light = vec![Scattered::default(); hits.surfaces().len()];
+        let start = Instant::now();
         if settings.direct {
             let lights = self.lights(settings.image_method);
             shade::add_polygons(&mut light, hits, lights, fields, methods, Visibility::Whole);
@@ -291,7 +312,9 @@ impl<'a> CpuRenderer<'a> {
                 shade::add_punctual(&mut light, hits, punctual, settings.specular, anywhere);
             }
         }
+        let start = frame.spent.on_lights(start);
         self.add_virtual_lights(&mut light, hits, virtual_lights, methods, watch);
+        frame.spent.on_virtual_lights(start);
         for (hit, light) in hits.surfaces().iter().zip(light) {
             let pixel = hit.pixel as usize;
             for (to, part) in [
@@ -324,6 +347,7 @@ struct Frame<'a> {
     /// The lights' distance fields, for the method that reads them.
     fields: &'a [PlacedDistanceField<'a, f32>],
     virtual_lights: &'a VirtualLights,
+    spent: &'a Spent,
 }
 
 /// A finished part of the picture.

@@ -112,6 +112,13 @@ impl Texture {
         self.srgb
     }
 
+    /// Whether both read the very same texels in the same way.
+    pub(crate) fn is_same_as(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.texels, &other.texels)
+            && [self.width, self.height] == [other.width, other.height]
+            && (self.sampler, self.srgb) == (other.sampler, other.srgb)
+    }
+
     /// One texel in linear light; `x < width`, `y < height`.
     ///
     /// # Panics

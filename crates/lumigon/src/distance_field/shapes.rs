@@ -48,10 +48,32 @@ impl<S: Scalar + Send + Sync> DistanceFields<S> {
     where
         S: 'a,
     {
+        let (fields, _) = Self::with_baked(lights, settings, budget, |_| None)?;
+        Ok(fields)
+    }
+
+    /// The same, where some shapes may have been baked before: `baked` gives the field of a light of
+    /// [the same outline](PolygonLight::has_outline_of), baked with the same settings. Also returns
+    /// which light each field is of.
+    ///
+    /// # Errors
+    /// Where the shapes need more than the budget.
+    pub fn with_baked<'a>(
+        lights: impl IntoIterator<Item = &'a PolygonLight<S>>,
+        settings: DistanceFieldSettings,
+        budget: u64,
+        baked: impl Fn(&PolygonLight<S>) -> Option<DistanceField> + Sync,
+    ) -> Result<(Self, Vec<usize>), DistanceFieldError>
+    where
+        S: 'a,
+    {
         let lights: Vec<_> = lights.into_iter().collect();
         let (shapes, placements) = field_shapes(&lights, settings.phi().into());
         check_budget(shapes.len(), settings, budget)?;
-        let bake = |&shape: &usize| DistanceField::new(lights[shape], settings);
+        let bake = |&shape: &usize| {
+            let light = lights[shape];
+            baked(light).unwrap_or_else(|| DistanceField::new(light, settings))
+        };
         #[cfg(feature = "parallel")]
         let fields = {
             use rayon::prelude::*;
@@ -59,7 +81,7 @@ impl<S: Scalar + Send + Sync> DistanceFields<S> {
         };
         #[cfg(not(feature = "parallel"))]
         let fields = shapes.iter().map(bake).collect();
-        Ok(Self { fields, placements })
+        Ok((Self { fields, placements }, shapes))
     }
 }
 
