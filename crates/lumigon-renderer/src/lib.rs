@@ -17,7 +17,8 @@ pub use bounce::{
 };
 pub use cpu::CpuRenderer;
 pub use gpu::{
-    AdapterDescription, AdapterKind, Gpu, GpuError, GpuPreference, GpuRenderer, GpuTimings,
+    AdapterDescription, AdapterKind, DisplaySettings, Gpu, GpuError, GpuPreference, GpuRenderer,
+    GpuTimings,
 };
 pub use lumigon_wgpu::ImageColors;
 pub use picture::{
