@@ -20,7 +20,8 @@ pub use cpu::{
     CpuRenderer, CpuTimings, PickedSurface, Probe, ProbedLight, ProbedRadiance, STRONGEST_LIGHTS,
 };
 pub use gpu::{
-    AdapterDescription, AdapterKind, Gpu, GpuError, GpuPreference, GpuRenderer, GpuTimings,
+    AdapterDescription, AdapterKind, DisplaySettings, Gpu, GpuError, GpuPreference, GpuRenderer,
+    GpuTimings,
 };
 pub use lumigon_wgpu::ImageColors;
 pub use picture::{
