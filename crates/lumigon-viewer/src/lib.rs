@@ -6,10 +6,13 @@
 
 mod app;
 pub mod document;
+mod loading;
 mod navigation;
 mod options;
+mod recovery;
 mod replay;
 mod window;
+mod workers;
 
 pub use options::{BackendChoice, Options};
 pub use window::{ViewerError, run};

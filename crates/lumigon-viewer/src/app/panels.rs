@@ -60,7 +60,7 @@ impl App {
             };
             ui.label(open.display.status());
             ui.separator();
-            let lights = open.document.lights_count();
+            let lights = open.document.scene().polygon_lights.len();
             ui.label(format!("{lights} lights"));
             if let Some(convergence) = open.display.convergence() {
                 ui.separator();
