@@ -1,11 +1,12 @@
 //! What commands do.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::Arc;
 
-use glam::{DVec2, Vec3};
-use lumigon_renderer::{Limits, ToneMap};
+use glam::{DAffine3, DVec2, Vec3};
+use lumigon_renderer::{Limits, SaveError, ToneMap};
 
 use super::commands::Command;
 use super::dialogs::Dialog;
@@ -457,7 +458,7 @@ impl App {
             if open.document.is_saved() {
                 open.recovery.forget();
             } else {
-                open.keep();
+                // keep
             }
         }
         if let Some(fault) = open.recovery.fault() {
@@ -489,6 +490,21 @@ impl App {
 }
 
 impl Open {
+    /// Writes the scene as it is.
+    fn write(&self, path: &Path) -> Result<(), SaveError> {
+        let frames = self.frames();
+        self.source.save(&self.original, self.document.scene(), &frames, path)
+    }
+
+    /// Where the lights stand that have meshes of their own.
+    fn frames(&self) -> HashMap<usize, DAffine3> {
+        let of = |id| {
+            let light = self.document.light(id)?;
+            Some((self.document.own_mesh(id)?, light.world_from_plane))
+        };
+        self.document.ids().filter_map(of).collect()
+    }
+
     pub(super) fn look_through(&mut self, camera: usize) {
         self.camera = camera;
         self.navigation = crate::navigation::Navigation::new(self.document.scene(), camera);

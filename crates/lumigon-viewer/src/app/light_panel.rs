@@ -166,7 +166,8 @@ fn strength(ui: &mut Ui, light: &mut Light) {
     color = Vec3::from(rgb);
     ui.end_row();
     ui.label("Radiance");
-    let drag = DragValue::new(&mut strength).speed(f64::from(strength.max(0.01)) * 0.01).range(0.0..=1e9);
+    let speed = f64::from(strength.max(0.01)) * 0.01;
+    let drag = DragValue::new(&mut strength).speed(speed).range(0.0..=1e9);
     let is_strength_changed = ui
         .add(drag)
         .on_hover_text("Of the strongest channel: W m⁻² sr⁻¹, or nits, which glTF means by it")
@@ -180,7 +181,8 @@ fn strength(ui: &mut Ui, light: &mut Light) {
     ui.end_row();
     ui.label("Lumens");
     let mut lumens = light.lumens();
-    let drag = DragValue::new(&mut lumens).speed(lumens.max(0.01) * 0.01).range(0.0..=1e12);
+    let speed = lumens.max(0.01) * 0.01;
+    let drag = DragValue::new(&mut lumens).speed(speed).range(0.0..=1e12);
     let help = "All light that leaves it: π times area times luminance, twice that if two-sided";
     if ui.add(drag).on_hover_text(help).changed()
         && let Some(new) = light.with_lumens(lumens)
