@@ -11,6 +11,7 @@ mod picture;
 mod prepared_lights;
 mod render;
 mod scene;
+mod whole_file;
 
 pub use bounce::{
     BounceCenters, BounceMethod, BounceSettings, BounceVisibility, CubeMap, CubeTexel,
@@ -20,7 +21,8 @@ pub use cpu::{
     CpuRenderer, CpuTimings, PickedSurface, Probe, ProbedLight, ProbedRadiance, STRONGEST_LIGHTS,
 };
 pub use gpu::{
-    AdapterDescription, AdapterKind, Gpu, GpuError, GpuPreference, GpuRenderer, GpuTimings,
+    AdapterDescription, AdapterKind, DisplaySettings, Gpu, GpuError, GpuPreference, GpuRenderer,
+    GpuTimings,
 };
 pub use lumigon_wgpu::ImageColors;
 pub use picture::{
@@ -31,8 +33,8 @@ pub use render::{
     Rendering, Watch,
 };
 pub use scene::{
-    AlphaMask, AlphaMode, Camera, EmissiveImage, EmissivePolygon, Filter, ImageFile, Limits,
-    Material, Mesh, PlacedTexture, Projection, PunctualKind, PunctualLight, Sampler, Scene,
-    SceneError, SurfaceSample, Texture, TextureMap, TextureRef, TextureTransform, Wrap,
-    decode_image, read_image,
+    AlphaMask, AlphaMode, Camera, EmissiveImage, EmissivePolygon, Filter, GltfSource, ImageFile,
+    Limits, LoadPhase, LoadWatch, Material, Mesh, MeshSource, PlacedTexture, Projection,
+    PunctualKind, PunctualLight, Sampler, SaveError, Scene, SceneError, SurfaceSample, Texture,
+    TextureMap, TextureRef, TextureTransform, Wrap, decode_image, read_image,
 };

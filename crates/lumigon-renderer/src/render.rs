@@ -215,6 +215,19 @@ pub enum RenderError {
     /// A picture cannot be shown.
     #[error(transparent)]
     Picture(#[from] lumigon::LightImageError),
+    /// A texture cannot be drawn into.
+    #[error(
+        "the texture to draw into {fault}: give one of {width} x {height} pixels that can be rendered to, \
+         in the format Rgba8Unorm, Bgra8Unorm or Rgba16Float"
+    )]
+    Target {
+        /// What is wrong with it.
+        fault: String,
+        /// Pixels across that it should have.
+        width: u32,
+        /// Pixels down.
+        height: u32,
+    },
     /// [`Watch::cancelled`] was set.
     #[error("interrupted")]
     Cancelled,

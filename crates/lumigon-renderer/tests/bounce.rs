@@ -2,6 +2,7 @@
 
 use std::f32::consts::PI;
 use std::path::Path;
+use std::sync::Arc;
 
 use glam::Vec3;
 use lumigon::SpecularMethod;
@@ -151,8 +152,8 @@ fn lit_floor() -> Scene {
     ];
     Scene {
         meshes: vec![
-            quads(&[floor], 0),
-            quads(&[ceiling, left, right, back, front], 1),
+            quads(&[floor], 0).into(),
+            quads(&[ceiling, left, right, back, front], 1).into(),
         ],
         materials: vec![matte(Vec3::new(0.5, 0.25, 0.125)), matte(Vec3::ONE)],
         punctual_lights: vec![PunctualLight {
@@ -390,7 +391,7 @@ fn hostile_scenes_and_places_are_answered() {
         let mut scene = lit_floor();
         scene.materials.push(matte(Vec3::ZERO));
         let mut inner = scene.meshes.clone();
-        for mesh in &mut inner {
+        for mesh in inner.iter_mut().map(Arc::make_mut) {
             mesh.material = 2;
             mesh.positions.iter_mut().for_each(|p| *p *= 0.1);
         }

@@ -505,9 +505,9 @@ fn behind_a_board(has_holes: bool) -> (Scene, Camera) {
     let (x, y, z) = (Vec3::X, Vec3::Y, Vec3::Z);
     let mut scene = Scene {
         meshes: vec![
-            square(Vec3::ZERO, z * 2.0, x * 2.0, 0),
-            square(x * -2.0 + y, y, z * 2.0, 0),
-            square(x * -1.0 + y * 0.8, y * 0.6, z, 1),
+            square(Vec3::ZERO, z * 2.0, x * 2.0, 0).into(),
+            square(x * -2.0 + y, y, z * 2.0, 0).into(),
+            square(x * -1.0 + y * 0.8, y * 0.6, z, 1).into(),
         ],
         materials: vec![plain, masked],
         textures: vec![texture],

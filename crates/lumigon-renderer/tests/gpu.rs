@@ -1,8 +1,8 @@
 //! The GPU backend's pictures are the CPU's.
 
 use std::path::{Path, PathBuf};
-use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, LazyLock};
 
 use glam::{Affine3A, Vec2, Vec3, Vec4};
 use lumigon::{
@@ -588,7 +588,7 @@ fn square(height: f32, material: usize) -> Mesh {
 fn squares(materials: Vec<Material>) -> (Scene, Camera) {
     let mut scene = Scene {
         meshes: (0..materials.len())
-            .map(|i| square(-(i as f32), i))
+            .map(|i| Arc::new(square(-(i as f32), i)))
             .collect(),
         materials,
         ..Scene::default()
@@ -679,7 +679,7 @@ fn backs_are_seen_where_they_are_there() {
 #[test]
 fn vertex_colors_and_parallel_rays() {
     let (mut scene, mut camera) = squares(vec![plain(Vec3::ONE)]);
-    scene.meshes[0].colors = vec![
+    Arc::make_mut(&mut scene.meshes[0]).colors = vec![
         Vec4::new(1.0, 0.0, 0.0, 1.0),
         Vec4::new(0.0, 1.0, 0.0, 1.0),
         Vec4::new(0.0, 0.0, 1.0, 1.0),
@@ -709,13 +709,13 @@ fn the_nearest_triangle_is_seen() {
             // Without area.
             corners[2] = corners[1];
         }
-        scene.meshes.push(Mesh {
+        scene.meshes.push(Arc::new(Mesh {
             material: i,
             positions: corners.to_vec(),
             normals: vec![Vec3::Y; 3],
             triangles: vec![[0, 1, 2]],
             ..Mesh::default()
-        });
+        }));
         scene.materials.push(Material {
             base_color: (point(1.0) + Vec3::splat(0.5)).extend(1.0),
             unlit: true,
@@ -764,7 +764,8 @@ fn far_away_and_huge_worlds() {
     // As far out as single precision leaves a square its shape.
     let (mut scene, mut camera) = squares(vec![plain(Vec3::ONE), plain(Vec3::X)]);
     let far = Vec3::new(8192.0, -16384.0, 4096.0);
-    for position in scene.meshes.iter_mut().flat_map(|m| &mut m.positions) {
+    let meshes = scene.meshes.iter_mut().map(Arc::make_mut);
+    for position in meshes.flat_map(|m| &mut m.positions) {
         *position += far;
     }
     camera.world_from_camera.translation += glam::Vec3A::from(far);
@@ -776,7 +777,7 @@ fn far_away_and_huge_worlds() {
     // What the CPU makes of it is not defined; the GPU has to come to an end.
     for size in [1e15, 1e30, f32::MAX] {
         let (mut scene, _) = squares(vec![plain(Vec3::ONE)]);
-        for position in &mut scene.meshes[0].positions {
+        for position in &mut Arc::make_mut(&mut scene.meshes[0]).positions {
             *position *= size;
         }
         let camera = Camera::framing(&scene);

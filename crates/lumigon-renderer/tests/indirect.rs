@@ -38,7 +38,7 @@ fn triangles(scene: &Scene) -> Vec<Triangle> {
             })
             .collect()
     };
-    scene.meshes.iter().flat_map(of_mesh).collect()
+    scene.meshes.iter().flat_map(|mesh| of_mesh(mesh)).collect()
 }
 
 /// What a pixel's middle sees: the nearest triangle that faces the camera.

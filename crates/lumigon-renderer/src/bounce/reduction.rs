@@ -266,6 +266,7 @@ mod tests {
     use super::*;
     use crate::scene::{Mesh, Scene};
     use glam::Vec3;
+    use std::sync::Arc;
 
     /// A floor two metres wide at y = -1 with a square hole.
     fn floor() -> Scene {
@@ -277,12 +278,12 @@ mod tests {
             [[i, next, 4 + next], [i, 4 + next, 4 + i]]
         };
         Scene {
-            meshes: vec![Mesh {
+            meshes: vec![Arc::new(Mesh {
                 normals: vec![Vec3::Y; 8],
                 positions,
                 triangles: (0..4).flat_map(side).collect(),
                 ..Mesh::default()
-            }],
+            })],
             materials: vec![crate::scene::Material::default()],
             ..Scene::default()
         }

@@ -2,6 +2,7 @@
 
 use super::device::Gpu;
 use super::scene_buffers::FRAMES;
+use super::stopwatch::Reading;
 
 /// Begin and end of two passes a frame.
 const STAMPS: u32 = 4;
@@ -74,6 +75,25 @@ impl Clock {
             beginning_of_pass_write_index: Some(first),
             end_of_pass_write_index: Some(first + 1),
         }
+    }
+
+    /// Bytes of the stamps of so many frames.
+    pub(super) fn bytes(frames: usize) -> u64 {
+        u64::from(STAMPS) * frames as u64 * 8
+    }
+
+    /// Ends a submission of `frames`, whose times are read later, after those that are there.
+    pub(super) fn append(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        frames: usize,
+        to: &mut Reading,
+    ) {
+        let count = STAMPS * frames as u32;
+        encoder.resolve_query_set(&self.queries, 0..count, &self.resolved, 0);
+        let bytes = Self::bytes(frames);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &to.buffer, to.bytes, bytes);
+        to.bytes += bytes;
     }
 
     /// Ends a submission of `frames`; what to read once it is done.

@@ -20,6 +20,7 @@ const GLANCE: Duration = Duration::from_millis(50);
 pub struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
+    wgpu_adapter: wgpu::Adapter,
     adapter: AdapterDescription,
     faults: Arc<Faults>,
 }
@@ -52,14 +53,38 @@ impl Gpu {
                 software: false,
             });
         }
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        Self::among(adapters(&instance), preference)
+    }
+
+    /// The most capable adapter that will do and shows pictures in a window, with all of its limits: for
+    /// windows that lumigon draws into itself.
+    ///
+    /// # Errors
+    /// Where there is none, none of them shows pictures in this window, or none gives a device.
+    pub fn for_surface(
+        instance: &wgpu::Instance,
+        surface: &wgpu::Surface<'_>,
+        preference: GpuPreference,
+    ) -> Result<Self, GpuError> {
+        let all = adapters(instance);
+        let presenting = presenting(all, preference, |a| a.is_surface_supported(surface))?;
+        Self::among(presenting, preference)
+    }
+
+    /// The first of these adapters that will do and gives a device.
+    fn among(
+        adapters: Vec<(wgpu::Adapter, AdapterDescription)>,
+        preference: GpuPreference,
+    ) -> Result<Self, GpuError> {
         let mut fault = None;
         let mut software = false;
-        for (adapter, description) in adapters() {
+        for (adapter, description) in adapters {
             if preference == GpuPreference::Hardware && description.is_software() {
                 software = true;
                 continue;
             }
-            match Self::open(&adapter, description) {
+            match Self::open(adapter, description) {
                 Ok(gpu) => return Ok(gpu),
                 // The best adapter's reason.
                 Err(reason) => _ = fault.get_or_insert(reason),
@@ -74,7 +99,8 @@ impl Gpu {
     /// Every adapter of this machine, the most capable first.
     #[must_use]
     pub fn adapters() -> Vec<AdapterDescription> {
-        adapters().into_iter().map(|(_, d)| d).collect()
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        adapters(&instance).into_iter().map(|(_, d)| d).collect()
     }
 
     /// What it runs on.
@@ -95,7 +121,22 @@ impl Gpu {
         &self.queue
     }
 
-    fn open(adapter: &wgpu::Adapter, description: AdapterDescription) -> Result<Self, GpuError> {
+    /// The adapter it was made of, for who presents with it.
+    #[must_use]
+    pub fn wgpu_adapter(&self) -> &wgpu::Adapter {
+        &self.wgpu_adapter
+    }
+
+    /// Why the device is gone, if it is: it stays so, and everything that is asked of it fails. Never
+    /// waits; what was submitted before goes first.
+    #[must_use]
+    pub fn is_lost(&self) -> Option<String> {
+        // Losses are told in polls. What a poll returns itself is about waiting.
+        _ = self.device.poll(wgpu::PollType::Poll);
+        lock(&self.faults.lost).clone()
+    }
+
+    fn open(adapter: wgpu::Adapter, description: AdapterDescription) -> Result<Self, GpuError> {
         let wanted = wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::SHADER_F16
             | wgpu::Features::FLOAT32_FILTERABLE
@@ -120,13 +161,17 @@ impl Gpu {
         Ok(Self {
             device,
             queue,
+            wgpu_adapter: adapter,
             adapter: description,
             faults,
         })
     }
 
     /// Whether the device is still there and nothing went wrong unheard.
-    pub(super) fn check(&self) -> Result<(), GpuError> {
+    ///
+    /// # Errors
+    /// Where the device is lost or refused its work; the latter is told once.
+    pub fn check(&self) -> Result<(), GpuError> {
         if let Some(reason) = &*lock(&self.faults.lost) {
             let reason = reason.clone();
             return Err(GpuError::Lost { reason });
@@ -264,9 +309,31 @@ fn may_have_hardware() -> bool {
     !cfg!(target_os = "linux") || files.iter().any(|file| std::path::Path::new(file).exists())
 }
 
+/// Those adapters that can show pictures in a window.
+fn presenting<A>(
+    all: Vec<(A, AdapterDescription)>,
+    preference: GpuPreference,
+    presents: impl Fn(&A) -> bool,
+) -> Result<Vec<(A, AdapterDescription)>, GpuError> {
+    let will_do = |description: &AdapterDescription| {
+        preference == GpuPreference::Any || !description.is_software()
+    };
+    let (presenting, others): (Vec<_>, Vec<_>) =
+        all.into_iter().partition(|(adapter, _)| presents(adapter));
+    if presenting.iter().any(|(_, found)| will_do(found)) {
+        return Ok(presenting);
+    }
+    // Where there is no other either, that is what to say.
+    match others.into_iter().find(|(_, found)| will_do(found)) {
+        Some((_, found)) => Err(GpuError::CannotPresent {
+            adapter: found.name,
+        }),
+        None => Ok(presenting),
+    }
+}
+
 /// Every adapter, discrete GPUs first and software last.
-fn adapters() -> Vec<(wgpu::Adapter, AdapterDescription)> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+fn adapters(instance: &wgpu::Instance) -> Vec<(wgpu::Adapter, AdapterDescription)> {
     let found = instance
         .enumerate_adapters(wgpu::Backends::PRIMARY)
         .block_on();
@@ -292,6 +359,7 @@ pub(super) fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::AdapterKind;
 
     #[test]
     fn a_lost_device_is_an_error_and_stays_one() {
@@ -305,6 +373,50 @@ mod tests {
         }
         let fault = gpu.guarded("a buffer", || Ok(())).unwrap_err();
         assert!(matches!(fault, GpuError::Lost { .. }), "{fault}");
+    }
+
+    #[test]
+    fn a_loss_is_told_without_waiting() {
+        let gpu = Gpu::new(GpuPreference::Any).unwrap();
+        assert_eq!(gpu.is_lost(), None);
+        assert_eq!(gpu.wgpu_adapter().get_info().name, gpu.adapter().name);
+        gpu.clone().device.destroy();
+        assert!(gpu.is_lost().is_some());
+        assert!(gpu.is_lost().is_some(), "and stays told");
+    }
+
+    #[test]
+    fn windows_want_adapters_that_present() {
+        let description = |name: &str, kind| AdapterDescription {
+            name: name.to_owned(),
+            kind,
+            ..Gpu::adapters().remove(0)
+        };
+        let all = || {
+            vec![
+                (true, description("fast", AdapterKind::Discrete)),
+                (false, description("slow", AdapterKind::Software)),
+            ]
+        };
+        let names = |found: Result<Vec<(bool, AdapterDescription)>, GpuError>| {
+            found.map(|found| found.into_iter().map(|(_, d)| d.name).collect::<Vec<_>>())
+        };
+        let (any, hardware) = (GpuPreference::Any, GpuPreference::Hardware);
+        let is_fast = |&fast: &bool| fast;
+        assert_eq!(names(presenting(all(), any, is_fast)).unwrap(), ["fast"]);
+        assert_eq!(
+            names(presenting(all(), any, |fast| !fast)).unwrap(),
+            ["slow"]
+        );
+        let fault = names(presenting(all(), hardware, |fast| !fast)).unwrap_err();
+        let adapter = "fast".to_owned();
+        assert_eq!(fault, GpuError::CannotPresent { adapter });
+        assert!(names(presenting(all(), any, |_| false)).is_err());
+        // There is nothing to say of windows where there is no adapter at all.
+        assert_eq!(
+            names(presenting(Vec::new(), any, is_fast)).unwrap(),
+            [""; 0]
+        );
     }
 
     #[test]

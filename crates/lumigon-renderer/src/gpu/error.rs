@@ -13,6 +13,15 @@ pub enum GpuError {
         /// Whether there is a software adapter, which would do where any does.
         software: bool,
     },
+    /// No adapter that will do can show pictures in the window.
+    #[error(
+        "the GPU \"{adapter}\" cannot show pictures in this window: show the window on the display that \
+         the GPU drives, or use the CPU"
+    )]
+    CannotPresent {
+        /// The name of the one that would do otherwise.
+        adapter: String,
+    },
     /// An adapter gave no device.
     #[error("the GPU \"{adapter}\" cannot be used: {reason}; update its driver, or use the CPU")]
     NoDevice {

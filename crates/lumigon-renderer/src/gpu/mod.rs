@@ -5,7 +5,9 @@ mod bounce;
 mod clock;
 mod cube_faces;
 mod device;
+mod display;
 mod distance_fields;
+mod draw;
 mod equipment;
 mod error;
 mod frame;
@@ -19,6 +21,7 @@ mod renderer;
 mod scene_buffers;
 mod shader;
 mod shading;
+mod stopwatch;
 mod storage;
 #[cfg(test)]
 mod surface_parity;
@@ -28,5 +31,6 @@ mod visibility;
 
 pub use adapter::{AdapterDescription, AdapterKind, GpuPreference};
 pub use device::Gpu;
+pub use display::DisplaySettings;
 pub use error::GpuError;
 pub use renderer::{GpuRenderer, GpuTimings};

@@ -8,6 +8,7 @@ use super::AdapterKind;
 use super::clock::Clock;
 use super::cube_faces::{FaceCanvas, FaceRaster};
 use super::device::{Gpu, Waited, lock};
+use super::display::Display;
 use super::equipment::Equipment;
 use super::error::GpuError;
 use super::frame::View;
@@ -18,6 +19,7 @@ use super::parts::{Effort, Part};
 use super::rays::Rays;
 use super::scene_buffers::{self, FRAME_STRIDE, FRAMES, SceneBuffers};
 use super::shading::{self, PIXEL, Pass, Shading, ShadingRecord};
+use super::stopwatch::Stopwatch;
 use super::tile::{Tile, tile_size, tiles};
 use super::visibility::Visibility;
 use crate::bounce::{Facets, VirtualLights};
@@ -66,7 +68,8 @@ pub struct GpuRenderer {
     pub(super) gpu: Gpu,
     pub(super) scene: SceneBuffers,
     pub(super) visibility: Visibility,
-    shading: Shading,
+    pub(super) shading: Shading,
+    pub(super) display: Display,
     pub(super) lighting: Lighting,
     /// What lights' pictures are made of.
     textures: Vec<Texture>,
@@ -93,6 +96,15 @@ pub(super) struct Kept {
     pub(super) face: Option<Equipment>,
     pub(super) faces: Option<FaceCanvas>,
     pub(super) virtual_lighting: Option<VirtualLighting>,
+    pub(super) stopwatch: Stopwatch,
+}
+
+/// How a picture is divided.
+pub(super) struct Plan {
+    /// Most pixels across and down of a tile.
+    pub(super) tile: [u32; 2],
+    /// Most samples of a submission.
+    pub(super) at_once: usize,
 }
 
 impl GpuRenderer {
@@ -120,6 +132,7 @@ impl GpuRenderer {
             visibility: Visibility::new(gpu, &scene_layout, &scene)?,
             shading: Shading::new(gpu, lighting.layout(), &scene_layout, scene.features)?,
             scene,
+            display: Display::default(),
             lighting,
             textures,
             shapes,
@@ -228,11 +241,9 @@ impl GpuRenderer {
         });
         match done {
             Ok(Some([visibility, shading])) => {
-                *lock(&self.timings) = self.clock.is_some().then(|| GpuTimings {
-                    visibility,
-                    shading,
-                    bounce: *lock(&self.bounce_time),
-                });
+                if self.clock.is_some() {
+                    self.set_times(visibility, shading);
+                }
                 Ok(picture)
             }
             Ok(None) => Err(RenderError::Cancelled),
@@ -243,10 +254,23 @@ impl GpuRenderer {
         }
     }
 
-    /// How long the device worked on the last picture; `None` before one, and where it has no clock.
+    /// How long the device worked on the last picture; `None` before one, and where it has no clock. For
+    /// pictures that were drawn, the newest that is known: it comes one or more pictures later.
     #[must_use]
     pub fn timings(&self) -> Option<GpuTimings> {
+        // Whoever holds it looks himself.
+        if let Ok(mut kept) = self.kept.try_lock() {
+            self.newest_times(&mut kept);
+        }
         *lock(&self.timings)
+    }
+
+    pub(super) fn set_times(&self, visibility: f64, shading: f64) {
+        *lock(&self.timings) = Some(GpuTimings {
+            visibility,
+            shading,
+            bounce: *lock(&self.bounce_time),
+        });
     }
 
     /// Rays through the scene, for lights that surfaces block.
@@ -292,32 +316,12 @@ impl GpuRenderer {
         watch: Watch<'_>,
         equipment: &mut Option<Equipment>,
     ) -> Result<Option<[f64; 2]>, GpuError> {
-        let edges = sets
-            .iter()
-            .map(|set| self.edges(set, settings))
-            .sum::<u64>();
-        let edges = edges.max(1);
-        let most_work = most_work(self.gpu.adapter().kind);
         let samples = pixel_samples(settings.samples);
         let share = 1.0 / samples.len() as f32;
-        let size = [picture.width, picture.height];
-        let largest = self.largest_tile.unwrap_or_else(|| {
-            let adapter = self.gpu.adapter();
-            let longest = LONGEST_SIDE.min(adapter.largest_texture_side);
-            let most = MOST_PIXELS
-                .min(adapter.largest_storage() / (3 * PIXEL))
-                .min(most_work / edges);
-            tile_size(size, longest, most)
-        });
-        let equipment = match equipment {
-            Some(kept) if kept.tile == largest => kept,
-            other => other.insert(Equipment::new(&self.gpu, &self.shading, largest)),
-        };
+        let Plan { tile, at_once } = self.plan([picture.width, picture.height], sets, settings);
+        let equipment = Equipment::at_least(equipment, &self.gpu, &self.shading, tile);
         let passes = self.passes(sets, settings, equipment)?;
-        let pixels = u64::from(largest[0]) * u64::from(largest[1]);
-        let work = pixels.saturating_mul(edges);
-        let at_once = (most_work / work).clamp(1, FRAMES as u64) as usize;
-        let tiles = tiles(size, largest);
+        let tiles = tiles(0..picture.width, 0..picture.height, tile);
         let total = (tiles.len() * samples.len().div_ceil(at_once)) as u64;
         let mut done = 0;
         let mut spent = [0.0; 2];
@@ -328,34 +332,24 @@ impl GpuRenderer {
                 if watch.is_cancelled() {
                     return Ok(None);
                 }
-                let frames: Vec<_> = batch
-                    .iter()
-                    .map(|&offset| view.frame(tile, offset, share))
-                    .collect();
-                let mut bytes = vec![0; frames.len() * FRAME_STRIDE];
-                for (slot, frame) in bytes.chunks_mut(FRAME_STRIDE).zip(&frames) {
-                    slot[..size_of_val(frame)].copy_from_slice(bytemuck::bytes_of(frame));
-                }
-                self.gpu.queue().write_buffer(&self.scene.frames, 0, &bytes);
+                self.write_frames(view, tile, batch, share);
                 let mut encoder = self
                     .gpu
                     .device()
                     .create_command_encoder(&Default::default());
                 if is_first {
-                    for part in &equipment.sums.parts {
-                        encoder.clear_buffer(part, 0, None);
-                    }
+                    equipment.sums.clear(&mut encoder, tile);
                 }
-                for frame in 0..frames.len() {
+                for frame in 0..batch.len() {
                     self.encode(&mut encoder, equipment, &passes, tile, frame);
                 }
                 let is_last = batches.peek().is_none();
                 let mut reads = Vec::new();
                 if is_last {
-                    reads.push(equipment.copy_out(&mut encoder, tile));
+                    reads.push(equipment.copy_out(&self.gpu, &mut encoder, tile));
                 }
                 if let Some(clock) = &self.clock {
-                    reads.push(clock.finish(&mut encoder, frames.len()));
+                    reads.push(clock.finish(&mut encoder, batch.len()));
                 }
                 let submission = self.gpu.queue().submit([encoder.finish()]);
                 let cancelled = || watch.is_cancelled();
@@ -378,7 +372,46 @@ impl GpuRenderer {
         Ok(Some(spent))
     }
 
-    fn encode(
+    /// The tiles of a picture that is lit by these, and how many samples go at once.
+    pub(super) fn plan(
+        &self,
+        size: [u32; 2],
+        sets: &[LightSet<'_>],
+        settings: &RenderSettings,
+    ) -> Plan {
+        let edges = sets
+            .iter()
+            .map(|set| self.edges(set, settings))
+            .sum::<u64>();
+        let edges = edges.max(1);
+        let most_work = most_work(self.gpu.adapter().kind);
+        let tile = self.largest_tile.unwrap_or_else(|| {
+            let adapter = self.gpu.adapter();
+            let longest = LONGEST_SIDE.min(adapter.largest_texture_side);
+            let most = MOST_PIXELS
+                .min(adapter.largest_storage() / (3 * PIXEL))
+                .min(most_work / edges);
+            tile_size(size, longest, most)
+        });
+        let pixels = u64::from(tile[0]) * u64::from(tile[1]);
+        let work = pixels.saturating_mul(edges);
+        Plan {
+            tile,
+            at_once: (most_work / work).clamp(1, FRAMES as u64) as usize,
+        }
+    }
+
+    /// What the next submission's frames are of.
+    pub(super) fn write_frames(&self, view: &View, tile: Tile, offsets: &[[f64; 2]], share: f32) {
+        let mut bytes = vec![0; offsets.len() * FRAME_STRIDE];
+        for (slot, &offset) in bytes.chunks_mut(FRAME_STRIDE).zip(offsets) {
+            let frame = view.frame(tile, offset, share);
+            slot[..size_of_val(&frame)].copy_from_slice(bytemuck::bytes_of(&frame));
+        }
+        self.gpu.queue().write_buffer(&self.scene.frames, 0, &bytes);
+    }
+
+    pub(super) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         equipment: &Equipment,
@@ -402,7 +435,7 @@ impl GpuRenderer {
     }
 
     /// What adds the sets of lights to a tile, in their parts, which are on the device from now on.
-    fn passes(
+    pub(super) fn passes(
         &self,
         sets: &[LightSet<'_>],
         settings: &RenderSettings,

@@ -309,6 +309,8 @@ impl Attributes {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
 
     #[test]
@@ -329,7 +331,7 @@ mod tests {
             ..Material::default()
         };
         let scene = Scene {
-            meshes: vec![triangle(0), triangle(1), triangle(2), triangle(1)],
+            meshes: [0, 1, 2, 1].map(|m| Arc::new(triangle(m))).to_vec(),
             materials: vec![masked, Material::default(), double_sided],
             ..Scene::default()
         };

@@ -12,11 +12,12 @@ macro_rules! modules {
 
 /// What the entry points import, beside the library and the lights' bindings.
 const MODULES: &[(&str, &str)] = modules![
-    "frame", "geometry", "lobes", "material", "punctual", "rays", "surface", "texture",
+    "frame", "geometry", "lobes", "material", "punctual", "rays", "surface", "texture", "tone_map",
 ];
 
 pub(super) const VISIBILITY: &str = include_str!("shaders/visibility.wesl");
 pub(super) const SHADE: &str = include_str!("shaders/shade.wesl");
+pub(super) const DISPLAY: &str = include_str!("shaders/display.wesl");
 
 /// What `shadow_rays` is where surfaces block light, and where they do not.
 const SHADOW_RAYS: &str = include_str!("shaders/shadow_rays.wesl");
@@ -104,6 +105,7 @@ mod tests {
 
     use lumigon_wgpu::ClusterRecord;
 
+    use super::super::display::DisplayRecord;
     use super::super::frame::FrameRecord;
     use super::super::light_set::PunctualRecord;
     use super::super::rays::RayNodeRecord;
@@ -164,6 +166,12 @@ mod tests {
         let shade = parsed(SHADE, true);
         parsed(SHADE, false);
         parsed(VISIBILITY, false);
+        let display = parsed(DISPLAY, false);
+        assert_eq!(
+            layout(&display, "Display"),
+            offsets!(DisplayRecord: tile_origin, tile_width, tone_map, exposure)
+        );
+        assert_eq!(stride(&display, "display"), size_of::<DisplayRecord>());
         for (name, expected) in [
             (
                 "Frame",

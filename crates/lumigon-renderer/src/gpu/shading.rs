@@ -14,6 +14,7 @@ use super::parts::Part;
 use super::rays::TracedLights;
 use super::scene_buffers::Features;
 use super::shader::{SHADE, Shader, scene_constants};
+use super::tile::Tile;
 use crate::render::RenderSettings;
 
 /// Pixels along a side of the square that a workgroup lights.
@@ -309,6 +310,13 @@ impl Sums {
             })
         });
         Self { parts }
+    }
+
+    /// Forgets what a tile is about to be added to.
+    pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder, tile: Tile) {
+        for part in &self.parts {
+            encoder.clear_buffer(part, 0, Some(tile.pixels() * PIXEL));
+        }
     }
 }
 

@@ -344,7 +344,9 @@ fn answers(gpu: &Gpu, scene: &Scene, root: &str, queries: &[[f32; 8]], groups: u
 fn random_scene(random: &mut Random, meshes: usize) -> Scene {
     let textures: Vec<_> = (0..12).map(|_| random.texture()).collect();
     let materials: Vec<_> = (0..40).map(|_| random.material(textures.len())).collect();
-    let meshes: Vec<_> = (0..meshes).map(|_| random.mesh(materials.len())).collect();
+    let meshes: Vec<_> = (0..meshes)
+        .map(|_| random.mesh(materials.len()).into())
+        .collect();
     Scene {
         meshes,
         materials,

@@ -1,5 +1,7 @@
 //! Parts of a picture.
 
+use std::ops::Range;
+
 use super::shading::PIXEL;
 use crate::render::Rendering;
 
@@ -11,6 +13,10 @@ pub(super) struct Tile {
 }
 
 impl Tile {
+    pub(super) fn pixels(&self) -> u64 {
+        u64::from(self.size[0]) * u64::from(self.size[1])
+    }
+
     /// Puts the tile's three parts where they belong.
     pub(super) fn write(&self, bytes: &[u8], picture: &mut Rendering) {
         let [width, height] = self.size.map(|x| x as usize);
@@ -35,14 +41,17 @@ impl Tile {
     }
 }
 
-/// The picture in tiles of at most `largest`, row by row.
-pub(super) fn tiles([width, height]: [u32; 2], largest: [u32; 2]) -> Vec<Tile> {
+/// A part of the picture in tiles of at most `largest`, row by row.
+pub(super) fn tiles(columns: Range<u32>, rows: Range<u32>, largest: [u32; 2]) -> Vec<Tile> {
     let mut tiles = Vec::new();
-    for y in (0..height).step_by(largest[1] as usize) {
-        for x in (0..width).step_by(largest[0] as usize) {
+    for y in rows.clone().step_by(largest[1] as usize) {
+        for x in columns.clone().step_by(largest[0] as usize) {
             tiles.push(Tile {
                 origin: [x, y],
-                size: [largest[0].min(width - x), largest[1].min(height - y)],
+                size: [
+                    largest[0].min(columns.end - x),
+                    largest[1].min(rows.end - y),
+                ],
             });
         }
     }
@@ -68,7 +77,7 @@ mod tests {
     #[test]
     fn tiles_cover_every_pixel_once() {
         let mut seen = vec![0; 7 * 5];
-        for tile in tiles([7, 5], [3, 2]) {
+        for tile in tiles(0..7, 0..5, [3, 2]) {
             for y in 0..tile.size[1] {
                 for x in 0..tile.size[0] {
                     seen[((tile.origin[1] + y) * 7 + tile.origin[0] + x) as usize] += 1;
@@ -76,6 +85,12 @@ mod tests {
             }
         }
         assert_eq!(seen, vec![1; 35]);
+        let of_columns = tiles(2..6, 0..2, [3, 2]);
+        let tile = |x, width| Tile {
+            origin: [x, 0],
+            size: [width, 2],
+        };
+        assert_eq!(of_columns, [tile(2, 3), tile(5, 1)]);
     }
 
     #[test]

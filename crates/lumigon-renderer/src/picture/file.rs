@@ -1,15 +1,14 @@
 //! Writing pictures, whole or not at all.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
 
+use super::{PictureError, ToneMap, srgb8};
+use crate::whole_file::{self, beside};
 use exr::prelude::{
     Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage,
 };
-use tempfile::NamedTempFile;
-
-use super::{PictureError, ToneMap, srgb8};
 
 /// The two kinds of picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,34 +146,12 @@ fn check_pixels(
     }
 }
 
-/// A file of no lasting name in the folder of `path`, gone when dropped.
-fn beside(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    let mut builder = tempfile::Builder::new();
-    // A temporary file is private; a picture is not.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.prefix(".lumigon-").tempfile_in(folder)
-}
-
-/// Writes beside the target, then renames: a reader sees the old file or the new one.
+/// As [`whole_file::write_whole`].
 fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> Result<(), PictureError> {
-    let whole = || {
-        let file = beside(path)?;
-        let mut buffer = BufWriter::new(file.as_file());
-        write(&mut buffer)?;
-        buffer.flush()?;
-        drop(buffer);
-        file.as_file().sync_all()?;
-        file.persist(path).map_err(|error| error.error)
-    };
-    whole().map(drop).map_err(|source| PictureError::Io {
+    whole_file::write_whole(path, write).map_err(|source| PictureError::Io {
         path: PathBuf::from(path),
         source,
     })
@@ -182,6 +159,8 @@ fn write_whole(
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
+
     use super::*;
 
     fn pixels() -> Vec<[f32; 3]> {

@@ -117,6 +117,7 @@ fn looking(position: Vec3, backward: Vec3) -> Affine3A {
 mod tests {
     use super::*;
     use crate::scene::Mesh;
+    use std::sync::Arc;
 
     fn pinhole(yfov: f32, aspect: Option<f32>) -> Camera {
         Camera {
@@ -155,11 +156,11 @@ mod tests {
             [1.0, 1.0, 9.0],
         ];
         let scene = Scene {
-            meshes: vec![Mesh {
+            meshes: vec![Arc::new(Mesh {
                 positions: corners.map(Vec3::from).to_vec(),
                 triangles: vec![[0, 1, 2], [0, 2, 3]],
                 ..Mesh::default()
-            }],
+            })],
             ..Scene::default()
         };
         let camera = Camera::framing(&scene);

@@ -141,6 +141,8 @@ pub struct Material {
     pub double_sided: bool,
     /// Shown as its base colour, unlit (`KHR_materials_unlit`).
     pub unlit: bool,
+    /// Index among the file's materials of the one it was read from; a copy that was changed keeps it.
+    pub source: Option<usize>,
 }
 
 impl Default for Material {
@@ -182,6 +184,7 @@ impl Default for Material {
             alpha_mode: AlphaMode::Opaque,
             double_sided: false,
             unlit: false,
+            source: None,
         }
     }
 }

@@ -25,6 +25,32 @@ pub struct Mesh {
     pub colors: Vec<Vec4>,
     /// Vertex indices, counter-clockwise seen from the front.
     pub triangles: Vec<[u32; 3]>,
+    /// Where in a glTF file it was found.
+    pub source: Option<MeshSource>,
+}
+
+/// Where in a glTF file a mesh was found; all indices are the file's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshSource {
+    /// `meshes[mesh].primitives[primitive]`, placed by `nodes[node]`.
+    Primitive {
+        /// The node.
+        node: usize,
+        /// The node's mesh.
+        mesh: usize,
+        /// The mesh's primitive.
+        primitive: usize,
+        /// The node mirrors it: the second and third corners of every triangle were exchanged.
+        mirrored: bool,
+        /// The file has no normals: triangle `t` of the file got the vertices `3 t` to `3 t + 2` for
+        /// its own. Otherwise vertices have the file's indices.
+        unshared: bool,
+    },
+    /// The area light (`EXT_lights_area`) of `nodes[node]`.
+    AreaLight {
+        /// The node.
+        node: usize,
+    },
 }
 
 impl Mesh {

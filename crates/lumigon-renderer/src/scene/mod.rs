@@ -3,9 +3,11 @@
 mod camera;
 mod emissive;
 mod error;
+mod export;
 mod image_file;
 mod import;
 mod limits;
+mod load_watch;
 mod material;
 mod mesh;
 mod punctual;
@@ -19,10 +21,12 @@ pub use camera::{Camera, Projection};
 pub use emissive::{AlphaMask, EmissiveImage, EmissivePolygon, PlacedTexture, TextureMap};
 pub(crate) use emissive::{FlatFace, flat_faces};
 pub use error::SceneError;
+pub use export::{GltfSource, SaveError};
 pub use image_file::{ImageFile, decode_image, read_image};
 pub use limits::Limits;
+pub use load_watch::{LoadPhase, LoadWatch};
 pub use material::{AlphaMode, Material, TextureRef, TextureTransform};
-pub use mesh::Mesh;
+pub use mesh::{Mesh, MeshSource};
 pub use punctual::{PunctualKind, PunctualLight};
 pub use surface::SurfaceSample;
 pub use texture::{Filter, Sampler, Texture, Wrap};
@@ -66,6 +70,33 @@ impl Scene {
     /// As [`Scene::load`].
     pub fn load_within(path: impl AsRef<Path>, limits: &Limits) -> Result<Self, SceneError> {
         import::load(path.as_ref(), limits)
+    }
+
+    /// As [`Scene::load_within`], for scenes that will be changed and saved: the file is kept beside
+    /// what was understood of it. `watch` follows the reading and can stop it.
+    ///
+    /// # Errors
+    /// As [`Scene::load`], and where `watch` stops it.
+    pub fn load_watched(
+        path: impl AsRef<Path>,
+        limits: &Limits,
+        watch: LoadWatch<'_>,
+    ) -> Result<(Self, GltfSource), SceneError> {
+        import::load_watched(path.as_ref(), limits, watch)
+    }
+
+    /// As [`Scene::load_watched`], of bytes as for [`Scene::from_slice`].
+    ///
+    /// # Errors
+    /// As [`Scene::load_watched`].
+    pub fn from_slice_watched(
+        bytes: &[u8],
+        base_folder: Option<&Path>,
+        name: &str,
+        limits: &Limits,
+        watch: LoadWatch<'_>,
+    ) -> Result<(Self, GltfSource), SceneError> {
+        import::from_slice_watched(bytes, base_folder, name, limits, watch)
     }
 
     /// Reads the bytes of a `.gltf` or `.glb` file within [`Limits::default`].

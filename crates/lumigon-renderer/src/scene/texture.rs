@@ -62,6 +62,10 @@ pub struct Texture {
     /// Red, green and blue are stored with the sRGB transfer function; never in floating point.
     srgb: bool,
     texels: Arc<Texels>,
+    /// Index among the file's textures of the one it was read from.
+    source: Option<usize>,
+    /// The PNG or JPEG file that the texels were decoded from, where it was kept.
+    encoded: Option<Arc<[u8]>>,
 }
 
 impl Texture {
@@ -80,7 +84,32 @@ impl Texture {
             sampler,
             srgb,
             texels,
+            source: None,
+            encoded: None,
         }
+    }
+
+    /// Says which of the file's textures it was read from.
+    pub(crate) fn with_source(self, source: usize) -> Self {
+        Self {
+            source: Some(source),
+            ..self
+        }
+    }
+
+    /// Keeps the PNG or JPEG file that the texels were decoded from.
+    pub(crate) fn with_encoded(self, encoded: Option<Arc<[u8]>>) -> Self {
+        Self { encoded, ..self }
+    }
+
+    /// Index among the file's textures of the one it was read from.
+    pub(crate) fn source(&self) -> Option<usize> {
+        self.source
+    }
+
+    /// The PNG or JPEG file that the texels were decoded from, where it was kept.
+    pub(crate) fn encoded(&self) -> Option<&Arc<[u8]>> {
+        self.encoded.as_ref()
     }
 
     /// A texture of 8 bits a channel, row by row from the upper left. `srgb`: red, green and blue
@@ -210,6 +239,15 @@ fn srgb_to_linear(c: f32) -> f32 {
         c / 12.92
     } else {
         ((c + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+/// The inverse of [`srgb_to_linear`], from [0, 1] to [0, 1].
+pub(super) fn linear_to_srgb(c: f32) -> f32 {
+    if c <= 0.003_130_8 {
+        c * 12.92
+    } else {
+        1.055 * c.powf(1.0 / 2.4) - 0.055
     }
 }
 

@@ -248,6 +248,7 @@ fn give_texcoords(scene: &Scene, index: usize, mesh: &mut Mesh) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::emissive::Emitter;
     use crate::scene::{Material, Texture};
 
     /// Squares of side 2 in planes z = 0, 1, ...; those of one material share it.
@@ -366,7 +367,7 @@ mod tests {
             .into_iter()
             .collect();
         let uv = [(0., 1.), (4., 1.), (4., 0.), (0., 0.)];
-        scene.meshes = vec![Mesh {
+        scene.meshes = vec![Arc::new(Mesh {
             name: "screen".to_owned(),
             positions: [(0., 0.), (2., 0.), (2., 1.), (0., 1.)]
                 .map(|(x, y)| Vec3::new(x, y, 0.0))
@@ -374,7 +375,7 @@ mod tests {
             texcoords: [uv.map(|(u, v)| Vec2::new(u, v)).to_vec(), Vec::new()],
             triangles: vec![[0, 1, 2], [0, 2, 3]],
             ..Mesh::default()
-        }];
+        })];
         let image = frame([2, 1], |i| [i as f32; 3]);
         let limits = Limits::default();
         assert_eq!(scene.replace_light_image("screen", &image, &limits), Ok(1));

@@ -28,6 +28,8 @@ pub struct ImageFile {
     /// Texels across and down, each at least 1.
     pub size: [u32; 2],
     pub(super) texels: Arc<Texels>,
+    /// The file itself, where it is a PNG or JPEG: what is saved in a scene is not encoded anew.
+    encoded: Option<Arc<[u8]>>,
 }
 
 impl ImageFile {
@@ -64,6 +66,7 @@ impl ImageFile {
     pub fn texture(&self, srgb: bool, sampler: Sampler) -> Texture {
         let texels = Arc::clone(&self.texels);
         Texture::new(self.name.clone(), self.size, texels, srgb, sampler)
+            .with_encoded(self.encoded.clone())
     }
 }
 
@@ -85,10 +88,14 @@ pub fn read_image(path: impl AsRef<Path>, limits: &Limits) -> Result<ImageFile, 
 /// # Errors
 /// As [`read_image`].
 pub fn decode_image(bytes: &[u8], name: &str, limits: &Limits) -> Result<ImageFile, SceneError> {
-    Budget::new(limits)
+    let image = Budget::new(limits)
         .decode(bytes, "image")
-        .map(|image| image.named(name))
-        .map_err(|fault| fault.in_file(name))
+        .map_err(|fault| fault.in_file(name))?;
+    let is_raster = !matches!(*image.texels, Texels::F32(_));
+    Ok(ImageFile {
+        encoded: is_raster.then(|| bytes.into()),
+        ..image.named(name)
+    })
 }
 
 /// An image's size and texels, shared by the textures that show it.
@@ -104,6 +111,7 @@ impl Decoded {
             name: name.to_owned(),
             size: self.size,
             texels: self.texels,
+            encoded: None,
         }
     }
 

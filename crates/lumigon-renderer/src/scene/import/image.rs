@@ -6,22 +6,24 @@ use gltf::json;
 
 use super::source::Source;
 use crate::scene::{
-    Limits,
+    Limits, LoadPhase, LoadWatch,
     error::Fault,
     image_file::{Budget, Decoded},
 };
 
 /// The images decoded so far.
-pub(super) struct Images {
+pub(super) struct Images<'a> {
     done: HashMap<usize, Decoded>,
     budget: Budget,
+    watch: LoadWatch<'a>,
 }
 
-impl Images {
-    pub(super) fn new(limits: &Limits) -> Self {
+impl<'a> Images<'a> {
+    pub(super) fn new(limits: &Limits, watch: LoadWatch<'a>) -> Self {
         Self {
             done: HashMap::new(),
             budget: Budget::new(limits),
+            watch,
         }
     }
 
@@ -39,6 +41,10 @@ impl Images {
         let image = root.images.get(index).ok_or_else(|| {
             let what = format!("there is no images[{index}]");
             Fault::new(user, what, "use an index that exists")
+        })?;
+        self.watch.begin(LoadPhase::Image {
+            number: self.done.len() + 1,
+            of: root.images.len(),
         })?;
         let place = format!("images[{index}]");
         let image = match (&image.uri, image.buffer_view) {

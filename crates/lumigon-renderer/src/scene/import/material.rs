@@ -19,19 +19,19 @@ use super::{
     warning::Warnings,
 };
 use crate::scene::{
-    AlphaMode, Filter, Limits, Material, Sampler, Texture, TextureRef, TextureTransform, Wrap,
-    error::Fault,
+    AlphaMode, Filter, Limits, LoadWatch, Material, Sampler, Texture, TextureRef, TextureTransform,
+    Wrap, error::Fault,
 };
 
 /// The materials and textures converted so far.
-pub(super) struct Materials {
+pub(super) struct Materials<'a> {
     pub(super) materials: Vec<Material>,
     pub(super) textures: Vec<Texture>,
     /// By the document's index; `None` is glTF's default material.
     material_of: HashMap<Option<usize>, usize>,
     /// By the document's index and whether it is read as sRGB.
     texture_of: HashMap<(usize, bool), usize>,
-    images: Images,
+    images: Images<'a>,
 }
 
 /// What conversion needs beside the materials themselves.
@@ -49,14 +49,14 @@ pub(super) struct Reference {
     place: String,
 }
 
-impl Materials {
-    pub(super) fn new(limits: &Limits) -> Self {
+impl<'a> Materials<'a> {
+    pub(super) fn new(limits: &Limits, watch: LoadWatch<'a>) -> Self {
         Self {
             materials: Vec::new(),
             textures: Vec::new(),
             material_of: HashMap::new(),
             texture_of: HashMap::new(),
-            images: Images::new(limits),
+            images: Images::new(limits, watch),
         }
     }
 
@@ -133,6 +133,7 @@ impl Materials {
             alpha_mode,
             double_sided: material.double_sided,
             unlit: extensions.is_some_and(|extensions| extensions.unlit.is_some()),
+            source: Some(index),
             ..Material::default()
         };
         let info = |info: &Option<Info>, name: &str| -> Result<Option<Reference>, Fault> {
@@ -281,13 +282,8 @@ impl Materials {
         let image = self.images.get(root, context.source, source, &place)?;
         let name = texture.name.as_ref().or(root.images[source].name.as_ref());
         let name = name.cloned().unwrap_or_default();
-        Ok(Some(Texture::new(
-            name,
-            image.size,
-            image.texels,
-            srgb,
-            sampler,
-        )))
+        let texture = Texture::new(name, image.size, image.texels, srgb, sampler);
+        Ok(Some(texture.with_source(index)))
     }
 }
 

@@ -63,7 +63,7 @@ impl<'v> Extension<'v> {
     }
 }
 
-impl Materials {
+impl Materials<'_> {
     /// Reads the layers that extensions give to a material into it. `place` is the material's.
     pub(super) fn layers(
         &mut self,

@@ -15,7 +15,7 @@ use super::{
     warning::Warnings,
 };
 use crate::scene::{
-    Camera, Limits, Projection, Scene,
+    Camera, Limits, LoadPhase, LoadWatch, MeshSource, Projection, Scene,
     emissive::{Emitter, take_pyramids},
     error::Fault,
 };
@@ -26,14 +26,17 @@ pub(super) fn import<'a>(
     mut source: Source<'a>,
     limits: &Limits,
     mut warnings: Warnings,
+    watch: LoadWatch<'_>,
 ) -> Result<Scene, Fault> {
     let mut scene = Scene::default();
-    let mut materials = Materials::new(limits);
+    let mut materials = Materials::new(limits, watch);
     let mut bytes_left = limits.mesh_bytes;
     let mut lights = LightBudget {
         limits,
         bytes_left: limits.light_image_bytes,
+        watch,
     };
+    let mut number = 0;
     let mut visited = vec![false; root.nodes.len()];
     let mut stack: Vec<Visit> = roots(root)?
         .into_iter()
@@ -67,6 +70,11 @@ pub(super) fn import<'a>(
                 "flatten the hierarchy or raise the limit",
             ));
         }
+        number += 1;
+        watch.begin(LoadPhase::Node {
+            number,
+            of: root.nodes.len(),
+        })?;
         let world_from_local = visit.world_from_parent * local_transform(node, &place)?;
         if !world_from_local.is_finite() {
             return Err(Fault::new(
@@ -91,8 +99,8 @@ pub(super) fn import<'a>(
                 &mut materials,
                 mesh.value(),
                 &world_from_local,
+                index,
                 node.name.as_deref(),
-                &place,
                 &mut bytes_left,
             )?;
             for primitive in primitives {
@@ -118,6 +126,7 @@ pub(super) fn import<'a>(
                 let light = area_light::convert(root, light, name, &world_from_local, &place)?;
                 let mut mesh = light.mesh;
                 mesh.material = materials.push(light.material);
+                mesh.source = Some(MeshSource::AreaLight { node: index });
                 let positions = light.positions;
                 let primitive = Primitive {
                     mesh,
@@ -157,6 +166,7 @@ struct Visit {
 struct LightBudget<'a> {
     limits: &'a Limits,
     bytes_left: u64,
+    watch: LoadWatch<'a>,
 }
 
 impl LightBudget<'_> {
@@ -164,7 +174,7 @@ impl LightBudget<'_> {
     fn add(
         &mut self,
         scene: &mut Scene,
-        materials: &Materials,
+        materials: &Materials<'_>,
         warnings: &mut Warnings,
         primitive: Primitive,
     ) -> Result<(), Fault> {
@@ -178,6 +188,9 @@ impl LightBudget<'_> {
         }
         let material = &materials.materials[mesh.material];
         if material.is_emissive() {
+            self.watch.begin(LoadPhase::Lights {
+                triangles: mesh.triangles.len(),
+            })?;
             let emitter = Emitter {
                 mesh: &mesh,
                 index: scene.meshes.len(),

@@ -11,7 +11,7 @@ use super::{
     accessor::Reader,
     material::{Context, Materials},
 };
-use crate::scene::{Mesh, error::Fault};
+use crate::scene::{Mesh, MeshSource, error::Fault};
 
 /// The largest world coordinate in metres. Six times the distance to the Sun, and yet the surface
 /// areas that the rays' hierarchy adds up stay far below the end of f32.
@@ -32,16 +32,17 @@ pub(super) struct Primitive {
 )]
 pub(super) fn import(
     context: &mut Context<'_, '_>,
-    materials: &mut Materials,
+    materials: &mut Materials<'_>,
     mesh_index: usize,
     world_from_local: &DAffine3,
+    node_index: usize,
     node_name: Option<&str>,
-    user: &str,
     bytes_left: &mut u64,
 ) -> Result<Vec<Primitive>, Fault> {
     let root = context.root;
     let mesh = root.meshes.get(mesh_index).ok_or_else(|| {
         let what = format!("there is no meshes[{mesh_index}]");
+        let user = format!("nodes[{node_index}]");
         Fault::new(user, what, "use an index that exists")
     })?;
     let mut primitives = Vec::new();
@@ -67,7 +68,16 @@ pub(super) fn import(
         if mesh.primitives.len() > 1 {
             name = format!("{name}[{i}]");
         }
-        primitives.push(local.place(name, material, world_from_local, &place)?);
+        let unshared = local.normals.is_none();
+        let mut placed = local.place(name, material, world_from_local, &place)?;
+        placed.mesh.source = Some(MeshSource::Primitive {
+            node: node_index,
+            mesh: mesh_index,
+            primitive: i,
+            mirrored: is_mirrored(world_from_local),
+            unshared,
+        });
+        primitives.push(placed);
     }
     Ok(primitives)
 }
@@ -191,7 +201,7 @@ impl Local {
         if self.normals.is_none() {
             self.unshare();
         }
-        let mirrored = world_from_local.matrix3.determinant() < 0.0;
+        let mirrored = is_mirrored(world_from_local);
         let positions: Vec<DVec3> = self
             .positions
             .iter()
@@ -271,6 +281,7 @@ impl Local {
             texcoords,
             colors: self.colors.iter().flatten().map(place_color).collect(),
             triangles,
+            source: None,
         };
         Ok(Primitive {
             mesh,
@@ -314,6 +325,42 @@ impl Reader<'_, '_> {
         let what = format!("{} elements for {count} positions", values.len());
         Err(Fault::new(user, what, "give every vertex one element"))
     }
+}
+
+/// The triangles of a primitive as its file has them, the corners in the file's order and by its
+/// indices; none where it draws no triangles.
+pub(super) fn file_triangles(
+    reader: &mut Reader<'_, '_>,
+    mesh: usize,
+    primitive: usize,
+) -> Result<Vec<[u32; 3]>, Fault> {
+    let place = format!("meshes[{mesh}].primitives[{primitive}]");
+    let found = reader.root.meshes.get(mesh);
+    let found = found.and_then(|mesh| mesh.primitives.get(primitive));
+    let found = found.ok_or_else(|| {
+        Fault::new(
+            &place,
+            "there is no such primitive",
+            "use an index that exists",
+        )
+    })?;
+    let Checked::Valid(mode) = found.mode else {
+        return Ok(Vec::new());
+    };
+    let indices = match found.indices {
+        Some(index) => reader.indices(index.value(), &format!("{place}.indices"))?,
+        None => {
+            let positions = found.attributes.get(&Checked::Valid(Semantic::Positions));
+            let accessor = positions.and_then(|index| reader.root.accessors.get(index.value()));
+            let count = accessor.map_or(0, |accessor| accessor.count.0);
+            (0..u32::try_from(count).unwrap_or(u32::MAX)).collect()
+        }
+    };
+    Ok(triangles(&indices, mode))
+}
+
+fn is_mirrored(world_from_local: &DAffine3) -> bool {
+    world_from_local.matrix3.determinant() < 0.0
 }
 
 /// Triangles of a list, strip or fan, all with the winding of the first.

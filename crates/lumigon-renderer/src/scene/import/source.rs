@@ -65,6 +65,21 @@ impl<'a> Source<'a> {
         }
     }
 
+    /// Of buffers that were read already.
+    pub(super) fn kept(root: &'a json::Root, buffers: &'a [Option<Vec<u8>>]) -> Self {
+        let borrowed = |buffer: &'a Option<Vec<u8>>| {
+            let bytes = buffer.as_deref()?;
+            Some(Rc::new(Cow::Borrowed(bytes)))
+        };
+        Self {
+            root,
+            binary: None,
+            base_folder: None,
+            bytes_left: 0,
+            buffers: buffers.iter().map(borrowed).collect(),
+        }
+    }
+
     /// A buffer view, inside its buffer. `user` is the place that asks.
     pub(super) fn view(&mut self, index: usize, user: &str) -> Result<View<'a>, Fault> {
         let root = self.root;
@@ -96,13 +111,14 @@ impl<'a> Source<'a> {
         })
     }
 
-    fn buffer(&mut self, index: usize, user: &str) -> Result<Rc<Cow<'a, [u8]>>, Fault> {
+    /// A buffer, of just the bytes that the document announces.
+    pub(super) fn buffer(&mut self, index: usize, user: &str) -> Result<Rc<Cow<'a, [u8]>>, Fault> {
         let root = self.root;
         let buffer = root.buffers.get(index).ok_or_else(|| {
             let what = format!("there is no buffers[{index}]");
             Fault::new(user, what, "use an index that exists")
         })?;
-        if let Some(bytes) = &self.buffers[index] {
+        if let Some(Some(bytes)) = self.buffers.get(index) {
             return Ok(Rc::clone(bytes));
         }
         let bytes = match &buffer.uri {

@@ -83,7 +83,7 @@ impl Squares {
     /// What rays see at places of the triangles.
     fn seen(&self) -> Vec<(DVec3, Vec3)> {
         let scene = Scene {
-            meshes: vec![self.mesh()],
+            meshes: vec![self.mesh().into()],
             materials: vec![self.material.clone()],
             textures: self.textures.clone(),
             ..Scene::default()
