@@ -9,7 +9,7 @@ use lumigon_renderer::{
 };
 
 use super::faces::{affine, is_masked};
-use super::patch::put_polygons;
+use super::patch::Patch;
 use super::{Document, Light, Polygons};
 
 /// Cells along a side of a picture that is not finished.
@@ -236,7 +236,7 @@ impl<S: Clone + PartialEq> Document<S> {
     /// Shows finished pictures where the lights are still those they were made for. Whether any were:
     /// no step, and nothing to save.
     pub fn apply_images(&mut self, finished: FinishedImages) -> bool {
-        let mut scene = None;
+        let mut patch = Patch::default();
         for Finished { mesh, coarse, fine } in finished.0 {
             let renew = |polygons: &mut Polygons| {
                 let is_same = Arc::ptr_eq(&polygons.list, &coarse);
@@ -252,15 +252,17 @@ impl<S: Clone + PartialEq> Document<S> {
             for patch in self.history.patches().chain(patches) {
                 patch.polygons.get_mut(&mesh).map(renew);
             }
-            if self.polygons.get_mut(&mesh).is_some_and(renew) {
-                let scene = scene.get_or_insert_with(|| Scene::clone(&self.scene));
-                put_polygons(scene, mesh, &fine);
+            if let Some(polygons) = self.polygons.get_mut(&mesh)
+                && renew(polygons)
+            {
+                patch.polygons.insert(mesh, polygons.clone());
             }
         }
-        let is_current = scene.is_some();
-        if let Some(scene) = scene {
-            self.scene = Arc::new(scene);
-            self.version += 1;
+        let is_current = patch.changes_scene();
+        if is_current {
+            let mut scene = self.own_scene();
+            patch.change_polygons(&mut scene);
+            self.show(Arc::new(scene), &patch);
         }
         is_current
     }

@@ -40,6 +40,9 @@ use patch::{Entry, Patch, Polygons, polygon_range};
 #[derive(Debug)]
 pub struct Document<S = ()> {
     scene: Arc<Scene>,
+    /// The scene before that, and what changed since: once nobody else looks at it, it becomes the
+    /// next one, and thousands of lights need not be copied for the sake of one.
+    last_scene: Option<(Arc<Scene>, Patch<S>)>,
     /// Meshes whose polygons are not the file's: those polygons.
     polygons: BTreeMap<usize, Polygons>,
     /// The file's lights as they were read; each when it is first asked for.
@@ -84,6 +87,7 @@ impl<S: Clone + PartialEq> Document<S> {
             of_file: entries.iter().map(|_| OnceLock::new()).collect(),
             entries,
             scene: Arc::new(scene),
+            last_scene: None,
             polygons: BTreeMap::new(),
             files: Vec::new(),
             settings,
@@ -366,7 +370,7 @@ impl<S: Clone + PartialEq> Document<S> {
             _ => return,
         }
         patch.entries.insert(id.0, Entry::Removed);
-        let mut scene = Scene::clone(&self.scene);
+        let mut scene = self.own_scene();
         patch.change_parts(&mut scene);
         patch.change_polygons(&mut scene);
         self.take("remove light", patch, Arc::new(scene));
@@ -484,7 +488,7 @@ impl<S: Clone + PartialEq> Document<S> {
         patch.meshes.insert(mesh, Some(Arc::new(made)));
         patch.materials.insert(material, Some(Arc::new(made_of)));
 
-        let mut scene = Scene::clone(&self.scene);
+        let mut scene = self.own_scene();
         patch.change_parts(&mut scene);
         let quick = images::is_slow(&scene, mesh)
             .then(|| images::coarse(&scene, mesh, &light))
@@ -559,7 +563,7 @@ impl<S: Clone + PartialEq> Document<S> {
 
     fn apply(&mut self, patch: &Patch<S>) {
         let scene = if patch.changes_scene() {
-            let mut scene = Scene::clone(&self.scene);
+            let mut scene = self.own_scene();
             patch.change_parts(&mut scene);
             patch.change_polygons(&mut scene);
             Arc::new(scene)
@@ -587,8 +591,28 @@ impl<S: Clone + PartialEq> Document<S> {
         if let Some(settings) = &patch.settings {
             self.settings = settings.clone();
         }
-        self.scene = scene;
+        self.show(scene, patch);
+    }
+
+    /// Takes over a scene that a patch made of the present one.
+    fn show(&mut self, scene: Arc<Scene>, patch: &Patch<S>) {
+        if !Arc::ptr_eq(&self.scene, &scene) {
+            let last = std::mem::replace(&mut self.scene, scene);
+            self.last_scene = Some((last, patch.clone()));
+        }
         self.version += 1;
+    }
+
+    /// The present scene, to be changed.
+    fn own_scene(&mut self) -> Scene {
+        if let Some((last, patch)) = self.last_scene.take()
+            && let Ok(mut scene) = Arc::try_unwrap(last)
+        {
+            patch.change_parts(&mut scene);
+            patch.change_polygons(&mut scene);
+            return scene;
+        }
+        Scene::clone(&self.scene)
     }
 
     /// Whether a gesture ended where it began.
