@@ -158,7 +158,7 @@ fn mean(scene: &Scene, mesh: &Mesh, polygon: &EmissivePolygon, image: &EmissiveI
     let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
     let whole = polygon.area();
     for &t in &polygon.triangles {
-        let [a, b, c] = mesh.corners(t as usize).map(|p| p.as_dvec3());
+        let [a, b, c] = mesh.corners(t as usize).map(Vec3::as_dvec3);
         let area = 0.5 * (b - a).cross(c - a).length();
         // Parts along each side, so that all triangles have samples as dense.
         let parts = (COARSE_SAMPLES * area / whole)
@@ -207,10 +207,29 @@ impl ImageJob {
     /// Does the work: milliseconds and more for large images.
     #[must_use]
     pub fn run(self) -> FinishedImages {
-        let finish = |(mesh, coarse)| Finished {
-            mesh,
-            coarse,
-            fine: self.scene.lights_of_mesh(mesh, &self.limits).0.into(),
+        let bytes = |lights: &[EmissivePolygon]| -> u64 {
+            let images = lights.iter().filter_map(|light| light.image.as_ref());
+            images.map(EmissiveImage::pyramid_bytes).sum()
+        };
+        let coarse: u64 = self.coarse.iter().map(|(_, lights)| bytes(lights)).sum();
+        let others = bytes(&self.scene.polygon_lights).saturating_sub(coarse);
+        let mut bytes_left = self.limits.light_image_bytes.saturating_sub(others);
+        let finish = |(mesh, coarse)| {
+            let (mut fine, _) = self.scene.lights_of_mesh(mesh, &self.limits);
+            // Many large pictures are shown smaller rather than not at all.
+            let mut side = self.limits.light_image_side;
+            while bytes(&fine) > bytes_left && side > COARSE_SIDE as u32 {
+                side /= 2;
+                for image in fine.iter_mut().filter_map(|light| light.image.as_mut()) {
+                    image.size = image.size.map(|cells| cells.min(side.max(1)));
+                }
+            }
+            bytes_left = bytes_left.saturating_sub(bytes(&fine));
+            Finished {
+                mesh,
+                coarse,
+                fine: fine.into(),
+            }
         };
         FinishedImages(self.coarse.into_iter().map(finish).collect())
     }
