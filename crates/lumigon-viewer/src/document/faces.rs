@@ -189,7 +189,7 @@ pub(super) fn triangulate(loops: &[Vec<DVec2>]) -> Vec<[u32; 3]> {
             if i != outer {
                 hole_starts.push(points.len() as u32);
             }
-            points.extend(loops[i].iter().map(|p| p.to_array()));
+            points.extend(loops[i].iter().map(DVec2::to_array));
             sources.extend((0..loops[i].len() as u32).map(|k| starts[i] + k));
         }
         earcut.earcut_slice(&points, &hole_starts, &mut cut);

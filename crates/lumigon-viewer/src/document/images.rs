@@ -9,7 +9,7 @@ use lumigon_renderer::{
 };
 
 use super::faces::{affine, is_masked};
-use super::patch::put_polygons;
+use super::patch::Patch;
 use super::{Document, Light, Polygons};
 
 /// Cells along a side of a picture that is not finished.
@@ -158,7 +158,7 @@ fn mean(scene: &Scene, mesh: &Mesh, polygon: &EmissivePolygon, image: &EmissiveI
     let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
     let whole = polygon.area();
     for &t in &polygon.triangles {
-        let [a, b, c] = mesh.corners(t as usize).map(|p| p.as_dvec3());
+        let [a, b, c] = mesh.corners(t as usize).map(Vec3::as_dvec3);
         let area = 0.5 * (b - a).cross(c - a).length();
         // Parts along each side, so that all triangles have samples as dense.
         let parts = (COARSE_SAMPLES * area / whole)
@@ -207,10 +207,29 @@ impl ImageJob {
     /// Does the work: milliseconds and more for large images.
     #[must_use]
     pub fn run(self) -> FinishedImages {
-        let finish = |(mesh, coarse)| Finished {
-            mesh,
-            coarse,
-            fine: self.scene.lights_of_mesh(mesh, &self.limits).0.into(),
+        let bytes = |lights: &[EmissivePolygon]| -> u64 {
+            let images = lights.iter().filter_map(|light| light.image.as_ref());
+            images.map(EmissiveImage::pyramid_bytes).sum()
+        };
+        let coarse: u64 = self.coarse.iter().map(|(_, lights)| bytes(lights)).sum();
+        let others = bytes(&self.scene.polygon_lights).saturating_sub(coarse);
+        let mut bytes_left = self.limits.light_image_bytes.saturating_sub(others);
+        let finish = |(mesh, coarse)| {
+            let (mut fine, _) = self.scene.lights_of_mesh(mesh, &self.limits);
+            // Many large pictures are shown smaller rather than not at all.
+            let mut side = self.limits.light_image_side;
+            while bytes(&fine) > bytes_left && side > COARSE_SIDE as u32 {
+                side /= 2;
+                for image in fine.iter_mut().filter_map(|light| light.image.as_mut()) {
+                    image.size = image.size.map(|cells| cells.min(side.max(1)));
+                }
+            }
+            bytes_left = bytes_left.saturating_sub(bytes(&fine));
+            Finished {
+                mesh,
+                coarse,
+                fine: fine.into(),
+            }
         };
         FinishedImages(self.coarse.into_iter().map(finish).collect())
     }
@@ -236,7 +255,7 @@ impl<S: Clone + PartialEq> Document<S> {
     /// Shows finished pictures where the lights are still those they were made for. Whether any were:
     /// no step, and nothing to save.
     pub fn apply_images(&mut self, finished: FinishedImages) -> bool {
-        let mut scene = None;
+        let mut patch = Patch::default();
         for Finished { mesh, coarse, fine } in finished.0 {
             let renew = |polygons: &mut Polygons| {
                 let is_same = Arc::ptr_eq(&polygons.list, &coarse);
@@ -252,15 +271,17 @@ impl<S: Clone + PartialEq> Document<S> {
             for patch in self.history.patches().chain(patches) {
                 patch.polygons.get_mut(&mesh).map(renew);
             }
-            if self.polygons.get_mut(&mesh).is_some_and(renew) {
-                let scene = scene.get_or_insert_with(|| Scene::clone(&self.scene));
-                put_polygons(scene, mesh, &fine);
+            if let Some(polygons) = self.polygons.get_mut(&mesh)
+                && renew(polygons)
+            {
+                patch.polygons.insert(mesh, polygons.clone());
             }
         }
-        let is_current = scene.is_some();
-        if let Some(scene) = scene {
-            self.scene = Arc::new(scene);
-            self.version += 1;
+        let is_current = patch.changes_scene();
+        if is_current {
+            let mut scene = self.own_scene();
+            patch.change_polygons(&mut scene);
+            self.show(Arc::new(scene), &patch);
         }
         is_current
     }

@@ -172,7 +172,7 @@ impl Light {
             *point = new_from_old.transform_point2(*point);
         }
         if let Some(picture) = &mut light.picture {
-            picture.texture_from_plane = picture.texture_from_plane * new_from_old.inverse();
+            picture.texture_from_plane *= new_from_old.inverse();
         }
         light.surface.change(new_from_old);
         light

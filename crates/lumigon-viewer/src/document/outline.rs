@@ -116,3 +116,75 @@ pub fn nearest_edge(loops: &[Vec<DVec2>], p: DVec2) -> Option<(Corner, DVec2, f6
     });
     near.min_by(|a, b| a.2.total_cmp(&b.2))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::check;
+
+    fn square(side: f64) -> Vec<DVec2> {
+        let corners = [(0., 0.), (side, 0.), (side, side), (0., side)];
+        corners.map(DVec2::from).to_vec()
+    }
+
+    fn corner(loop_index: usize, vertex: usize) -> Corner {
+        Corner { loop_index, vertex }
+    }
+
+    #[test]
+    fn vertices_come_move_and_go() {
+        let mut loops = vec![square(2.0)];
+        // On the last edge, which closes the loop.
+        let middle = DVec2::new(0.0, 1.0);
+        assert_eq!(
+            insert_vertex(&mut loops, corner(0, 3), middle),
+            Some(corner(0, 4))
+        );
+        assert_eq!(edge(&loops, corner(0, 4)), Some([middle, DVec2::ZERO]));
+        assert!(move_vertex(&mut loops, corner(0, 4), DVec2::new(-1.0, 1.0)));
+        assert_eq!((signed_area(&loops[0]), check(&loops)), (5.0, Ok(())));
+        assert!(delete_vertex(&mut loops, corner(0, 0)));
+        assert!(delete_vertex(&mut loops, corner(0, 0)));
+        // Three are left.
+        assert!(!delete_vertex(&mut loops, corner(0, 0)));
+        for missing in [corner(0, 3), corner(1, 0)] {
+            assert!(!move_vertex(&mut loops, missing, middle));
+            assert!(!delete_vertex(&mut loops, missing));
+            assert_eq!(insert_vertex(&mut loops, missing, middle), None);
+            assert_eq!(edge(&loops, missing), None);
+        }
+    }
+
+    #[test]
+    fn holes_come_move_and_go() {
+        let mut loops = vec![square(4.0)];
+        let mut hole = square(1.0);
+        for p in &mut hole {
+            *p += DVec2::ONE;
+        }
+        assert_eq!(add_hole(&mut loops, hole[..2].to_vec()), None);
+        assert_eq!(add_hole(&mut loops, hole), Some(1));
+        assert_eq!((signed_area(&loops[1]), check(&loops)), (-1.0, Ok(())));
+        assert!(move_loop(&mut loops, 1, DVec2::X));
+        assert_eq!(loops[1].iter().map(|p| p.x).fold(0.0, f64::max), 3.0);
+        // The outer one takes it along.
+        assert!(move_loop(&mut loops, 0, DVec2::Y * 10.0));
+        assert_eq!(check(&loops), Ok(()));
+        assert!(!move_loop(&mut loops, 2, DVec2::Y));
+        assert!(!delete_hole(&mut loops, 0) && !delete_hole(&mut loops, 2));
+        assert!(delete_hole(&mut loops, 1));
+        assert_eq!(loops.len(), 1);
+    }
+
+    #[test]
+    fn the_nearest_edge() {
+        let loops = vec![square(4.0), square(1.0)];
+        let (found, at, distance) = nearest_edge(&loops, DVec2::new(5.0, 3.0)).unwrap();
+        assert_eq!(
+            (found, at, distance),
+            (corner(0, 1), DVec2::new(4.0, 3.0), 1.0)
+        );
+        assert_eq!(nearest_edge(&[], DVec2::ZERO), None);
+        assert!(nearest_edge(&[vec![DVec2::ONE; 3]], DVec2::ZERO).is_some());
+    }
+}

@@ -133,7 +133,7 @@ pub(super) fn polygon_range(scene: &Scene, mesh: usize) -> std::ops::Range<usize
     start..start + count
 }
 
-pub(super) fn put_polygons(scene: &mut Scene, mesh: usize, list: &[EmissivePolygon]) {
+fn put_polygons(scene: &mut Scene, mesh: usize, list: &[EmissivePolygon]) {
     let range = polygon_range(scene, mesh);
     if range.len() == list.len() {
         scene.polygon_lights[range].clone_from_slice(list);

@@ -101,7 +101,8 @@ impl Preset {
             {
                 let step = TAU / f64::from(2 * points);
                 let corner = |i: u32| {
-                    let radius = 0.5 * diameter * if i % 2 == 0 { 1.0 } else { STAR_WAIST };
+                    let radius =
+                        0.5 * diameter * if i.is_multiple_of(2) { 1.0 } else { STAR_WAIST };
                     DVec2::from_angle(0.25 * TAU + step * f64::from(i)) * radius
                 };
                 vec![(0..2 * points).map(corner).collect()]

@@ -127,6 +127,10 @@ pub(super) fn assert_sound<S: Clone + PartialEq>(document: &Document<S>) {
     let mut polygons = vec![false; scene.polygon_lights.len()];
     for (id, light) in document.lights() {
         let mut area = 0.0;
+        // Single precision moves vertices, and may tilt what is narrow.
+        let (low, high) = light.bounds();
+        let size = (high - low).length();
+        let rounding = 1e-6 * (light.world_from_plane.translation.length() + size);
         for index in document.polygons_of(id) {
             assert!(
                 !std::mem::replace(&mut polygons[index], true),
@@ -140,14 +144,13 @@ pub(super) fn assert_sound<S: Clone + PartialEq>(document: &Document<S>) {
             let cosine = DVec3::from(polygon.area_vector())
                 .normalize()
                 .dot(light.normal());
-            assert!(cosine > 0.999_99, "{cosine}");
+            let tilt = 1e-3 + 8.0 * rounding * size / light.area();
+            assert!(cosine > 1.0 - tilt.powi(2), "{cosine} {light:?}");
             assert_eq!(polygon.two_sided, light.two_sided);
         }
         if light.radiance.max_element() > 0.0 {
-            assert!(
-                (area - light.area()).abs() <= 1e-4 * light.area(),
-                "{area} {light:?}"
-            );
+            let tolerance = 1e-4 * light.area() + 4.0 * rounding * size;
+            assert!((area - light.area()).abs() <= tolerance, "{area} {light:?}");
         }
     }
     assert!(polygons.iter().all(|&seen| seen), "a polygon is no light's");
@@ -332,7 +335,7 @@ fn apply(document: &mut Document<u8>, deed: &Deed, file: &Arc<PictureFile>) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(256))]
     #[test]
     fn edits_keep_the_scene_sound_and_undo_and_redo_are_exact(
         deeds in prop::collection::vec(deed(), 1..24),

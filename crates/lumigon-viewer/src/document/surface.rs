@@ -60,7 +60,7 @@ impl Surface {
     pub(super) fn change(&mut self, new_from_old: DAffine2) {
         let old_from_new = new_from_old.inverse();
         for map in self.texcoords_from_plane.iter_mut().flatten() {
-            *map = *map * old_from_new;
+            *map *= old_from_new;
         }
         if let Some(fixed) = &mut self.fixed {
             fixed.plane_from_faces = new_from_old * fixed.plane_from_faces;
