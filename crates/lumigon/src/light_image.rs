@@ -1,5 +1,6 @@
 //! Images on polygon lights.
 
+use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -96,14 +97,17 @@ impl<T: Real> ImageFrame<T> {
 /// The image lies on a parallelogram around the light's outline; what is outside the outline emits
 /// nothing. Texels carry how much of them the outline covers, and colours continue beyond it, so
 /// that filtering mixes no black in.
+///
+/// Clones share their texels until one of them is replaced.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightImage<S> {
     frame: ImageFrame<S>,
-    pyramid: ImagePyramid,
+    pyramid: Arc<ImagePyramid>,
     /// Share of each texel inside the outline, and which texel gives it its colour; none where all
     /// are wholly inside.
-    outline: Option<Outline>,
-    gaussian: Option<GaussianLevels>,
+    outline: Option<Arc<Outline>>,
+    gaussian: Option<Arc<GaussianLevels>>,
+    greatest: [f32; 3],
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -159,7 +163,7 @@ impl<S: Scalar> LightImage<S> {
                 frame.edge_v.length() / f64::from(height),
             ];
             let source = nearest_covered(&coverage, width as usize, texel);
-            Outline { coverage, source }
+            Arc::new(Outline { coverage, source })
         });
         let cast = |v: Vec3<f64>| Vec3::new(S::from_f64(v.x), S::from_f64(v.y), S::from_f64(v.z));
         let mut image = Self {
@@ -168,9 +172,10 @@ impl<S: Scalar> LightImage<S> {
                 edge_u: cast(frame.edge_u),
                 edge_v: cast(frame.edge_v),
             },
-            pyramid: ImagePyramid::new(size),
+            pyramid: Arc::new(ImagePyramid::new(size)),
             outline,
             gaussian: None,
+            greatest: [0.0; 3],
         };
         image.fill(&vec![[1.0; 3]; width as usize * height as usize]);
         Ok(image)
@@ -204,8 +209,9 @@ impl<S: Scalar> LightImage<S> {
 
     fn fill(&mut self, colors: &[[f32; 3]]) {
         let width = self.size()[0] as usize;
-        let outline = self.outline.as_ref();
-        for_each_row(self.pyramid.base(), width, |y, row| {
+        let outline = self.outline.as_deref();
+        let pyramid = Arc::make_mut(&mut self.pyramid);
+        for_each_row(pyramid.base(), width, |y, row| {
             for (x, texel) in row.iter_mut().enumerate() {
                 let i = y * width + x;
                 let (weight, source) = match outline {
@@ -216,21 +222,38 @@ impl<S: Scalar> LightImage<S> {
                 *texel = [r, g, b, weight];
             }
         });
-        self.pyramid.filter();
+        pyramid.filter();
+        self.greatest = [0.0; 3];
+        for &[r, g, b, weight] in self.pyramid.level(0) {
+            for (greatest, channel) in self.greatest.iter_mut().zip([r, g, b]) {
+                *greatest = greatest.max(channel / weight);
+            }
+        }
         if self.gaussian.is_some() {
-            self.gaussian = Some(GaussianLevels::new(&self.pyramid, BEYOND));
+            self.filter_gaussian_levels();
         }
     }
 
     /// Filters the levels that [`ImageMethod::Lookup`](crate::ImageMethod::Lookup) reads, now and at
     /// every [`LightImage::replace`]: a few times the work of the pyramid.
     pub fn filter_gaussian_levels(&mut self) {
-        self.gaussian = Some(GaussianLevels::new(&self.pyramid, BEYOND));
+        self.gaussian = Some(Arc::new(GaussianLevels::new(&self.pyramid, BEYOND)));
     }
 
     /// The levels of [`LightImage::filter_gaussian_levels`], if it was called.
     pub fn gaussian_levels(&self) -> Option<&GaussianLevels> {
-        self.gaussian.as_ref()
+        self.gaussian.as_deref()
+    }
+
+    /// Whether both have the very same texels in memory, the conventional lookup's left out: what has been
+    /// done for those of one need not be done for the other's.
+    pub fn shares_texels_with(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.pyramid, &other.pyramid)
+    }
+
+    /// The greatest of its colours, channel by channel.
+    pub fn greatest(&self) -> [f32; 3] {
+        self.greatest
     }
 
     /// Texels across and down.
@@ -252,7 +275,7 @@ impl<S: Scalar> LightImage<S> {
     /// How much of each texel is inside the outline, row by row, and which texel gives it its
     /// colour; `None` where the outline covers all of the image.
     pub fn coverage(&self) -> Option<(&[f32], &[u32])> {
-        let outline = self.outline.as_ref()?;
+        let outline = self.outline.as_deref()?;
         Some((&outline.coverage, &outline.source))
     }
 

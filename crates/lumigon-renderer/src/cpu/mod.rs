@@ -72,6 +72,7 @@ impl<'a> CpuRenderer<'a> {
             lights,
             sources,
             warnings,
+            ..
         } = PreparedLights::new(&scene.polygon_lights, &scene.textures);
         Self {
             scene,
