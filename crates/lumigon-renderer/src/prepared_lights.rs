@@ -17,13 +17,28 @@ pub(crate) struct PreparedLights {
     pub(crate) sources: Vec<usize>,
     /// Why the others light nothing, and which show less than they should.
     pub(crate) warnings: Vec<String>,
+    /// For each warning the index of its light among the scene's.
+    pub(crate) warned: Vec<usize>,
 }
+
+/// A light that was prepared, if it can be evaluated, and what is to be said about it.
+pub(crate) type Prepared = (Option<Light>, Option<String>);
 
 impl PreparedLights {
     /// `textures` are the scene's.
     pub(crate) fn new(lights: &[EmissivePolygon], textures: &[Texture]) -> Self {
-        let prepare = |light| prepared(light, textures, None);
-        Self::collected(lights.par_iter().map(prepare).collect())
+        Self::with_known(lights, textures, |_| None)
+    }
+
+    /// The same, but for lights that are `known` already, by their indices.
+    pub(crate) fn with_known(
+        lights: &[EmissivePolygon],
+        textures: &[Texture],
+        known: impl Fn(usize) -> Option<Prepared> + Sync,
+    ) -> Self {
+        let prepare =
+            |(index, light)| known(index).unwrap_or_else(|| prepared(light, textures, None));
+        Self::collected(lights.par_iter().enumerate().map(prepare).collect())
     }
 
     /// After edits: lights that are what they were stay, and pictures whose lights have only moved.
@@ -46,14 +61,18 @@ impl PreparedLights {
         Self::collected(all.collect())
     }
 
-    fn collected(all: Vec<(Option<Light>, Option<String>)>) -> Self {
+    fn collected(all: Vec<Prepared>) -> Self {
         let mut prepared = Self {
             lights: Vec::new(),
             sources: Vec::new(),
             warnings: Vec::new(),
+            warned: Vec::new(),
         };
         for (source, (light, warning)) in all.into_iter().enumerate() {
-            prepared.warnings.extend(warning);
+            if let Some(warning) = warning {
+                prepared.warnings.push(warning);
+                prepared.warned.push(source);
+            }
             if let Some(light) = light {
                 prepared.lights.push(light);
                 prepared.sources.push(source);

@@ -97,11 +97,7 @@ fn assert_shows(
     display: DisplaySettings,
     columns: Range<u32>,
 ) {
-    let expected = srgb8(
-        &rendered.radiance(),
-        display.exposure_ev,
-        display.tone_map,
-    );
+    let expected = srgb8(&rendered.radiance(), display.exposure_ev, display.tone_map);
     let (mut most, mut bright) = (0, 0);
     for y in 0..rendered.height {
         for x in columns.clone() {
@@ -244,7 +240,10 @@ fn times_come_later() {
         std::thread::sleep(Duration::from_millis(2));
     }
     let timings = renderer.timings().unwrap();
-    assert!(timings.visibility > 0.0 && timings.shading > 0.0, "{timings:?}");
+    assert!(
+        timings.visibility > 0.0 && timings.shading > 0.0,
+        "{timings:?}"
+    );
 }
 
 #[test]

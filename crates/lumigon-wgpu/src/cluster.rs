@@ -2,7 +2,6 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::image_buffers::greatest;
 use crate::light::Light;
 
 /// Lights of a cluster: as many as a word of the shaders' masks has bits.
@@ -98,7 +97,10 @@ fn cluster(lights: &[Light]) -> ClusterRecord {
             .map(|(a, b)| (a - b) * (a - b))
             .sum();
         radius = radius.max(squared.sqrt() + own);
-        let greatest_colors = light.image.as_ref().map_or([1.0; 3], greatest);
+        let greatest_colors = light
+            .image
+            .as_ref()
+            .map_or([1.0; 3], lumigon::LightImage::greatest);
         most_power = most_power.max(light_power(light, greatest_colors));
     }
     ClusterRecord {

@@ -1,7 +1,7 @@
 //! Images of lights in storage buffers.
 
 use bytemuck::{Pod, Zeroable};
-use lumigon::{GAUSSIAN_LEVELS, ImagePyramid, LightImage, LightImageError};
+use lumigon::{GAUSSIAN_LEVELS, LightImage, LightImageError};
 
 use crate::image_colors::ImageColors;
 use crate::image_filter::{FilterJob, ImageFilter};
@@ -72,6 +72,8 @@ pub struct ImageRecord {
 struct Placed {
     record: ImageRecord,
     first_source: u32,
+    /// What its texels are, unless others have been shown since.
+    shown: Option<LightImage<f32>>,
     /// Kept where it has the conventional lookup's levels, which the processor filters.
     kept: Option<LightImage<f32>>,
 }
@@ -115,7 +117,7 @@ impl ImageLayout {
                 edge_u: frame.edge_u.into(),
                 edge_v: frame.edge_v.into(),
                 size: image.size(),
-                greatest: greatest(image),
+                greatest: image.greatest(),
                 ..ImageRecord::default()
             };
             layout.texels += image.pyramid().texels().len() as u64;
@@ -196,17 +198,20 @@ impl ImageBuffers {
             queue.write_buffer(&self.records, 0, bytemuck::cast_slice(&layout.records));
         }
         self.of_lights = image_indices(lights).collect();
-        self.images.clear();
+        let old = std::mem::take(&mut self.images);
         let placed = layout.records.into_iter().zip(layout.first_sources);
         for (image, (record, first_source)) in images(lights).zip(placed) {
-            self.upload(queue, &record, image);
-            if let Some((_, sources)) = image.coverage() {
-                let start = u64::from(first_source) * size_of::<u32>() as u64;
-                queue.write_buffer(&self.sources, start, bytemuck::cast_slice(sources));
+            if !is_there(&old, &record, first_source, image) {
+                self.upload(queue, &record, image);
+                if let Some((_, sources)) = image.coverage() {
+                    let start = u64::from(first_source) * size_of::<u32>() as u64;
+                    queue.write_buffer(&self.sources, start, bytemuck::cast_slice(sources));
+                }
             }
             self.images.push(Placed {
                 record,
                 first_source,
+                shown: Some(image.clone()),
                 kept: image.gaussian_levels().map(|_| image.clone()),
             });
         }
@@ -243,6 +248,7 @@ impl ImageBuffers {
         let greatest = colors.greatest(image.record.size)?;
         if let Some(mut kept) = image.kept.take() {
             let record = image.record;
+            image.shown = None;
             let replaced = kept.replace(&colors.to_linear());
             self.upload(queue, &record, &kept);
             self.images[index].kept = Some(kept);
@@ -267,6 +273,7 @@ impl ImageBuffers {
             let filter = self
                 .filter
                 .get_or_insert_with(|| ImageFilter::new(device, queue));
+            image.shown = None;
             filter.run(device, queue, [&self.texels, &self.sources], job, colors);
         }
         self.images[index].record.greatest = greatest;
@@ -313,6 +320,23 @@ impl ImageBuffers {
     }
 }
 
+/// Whether an image's texels are among old ones already, at its place.
+fn is_there(
+    old: &[Placed],
+    record: &ImageRecord,
+    first_source: u32,
+    image: &LightImage<f32>,
+) -> bool {
+    // Images follow each other.
+    let place = old.binary_search_by_key(&record.first_texel, |old| old.record.first_texel);
+    let Some(old) = place.ok().map(|place| &old[place]) else {
+        return false;
+    };
+    let has_levels = old.record.has_gaussian_levels + record.has_gaussian_levels > 0;
+    let shows = |shown: &LightImage<f32>| shown.shares_texels_with(image);
+    !has_levels && old.first_source == first_source && old.shown.as_ref().is_some_and(shows)
+}
+
 /// The images of the lights that have one.
 fn images(lights: &[Light]) -> impl Iterator<Item = &LightImage<f32>> {
     lights.iter().filter_map(|light| light.image.as_ref())
@@ -328,18 +352,6 @@ pub(crate) fn image_indices(lights: &[Light]) -> impl Iterator<Item = u32> + '_ 
         }
         None => LightRecord::NO_IMAGE,
     })
-}
-
-/// The greatest colour of an image, channel by channel.
-pub(crate) fn greatest(image: &LightImage<f32>) -> [f32; 3] {
-    let mut greatest = [0.0_f32; 3];
-    let pyramid: &ImagePyramid = image.pyramid();
-    for [r, g, b, weight] in pyramid.level(0) {
-        for (greatest, channel) in greatest.iter_mut().zip([r, g, b]) {
-            *greatest = greatest.max(channel / weight);
-        }
-    }
-    greatest
 }
 
 /// Bytes that a storage buffer binding may have.

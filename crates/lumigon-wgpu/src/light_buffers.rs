@@ -50,6 +50,9 @@ const HEADER: usize = 16;
 /// A buffer of no bytes cannot be bound.
 const LEAST_RECORDS: usize = 1;
 
+/// Bytes of the smallest buffers.
+const LEAST_BYTES: u64 = 4096;
+
 impl LightBuffers {
     /// Buffers of these lights.
     ///
@@ -66,11 +69,13 @@ impl LightBuffers {
         Ok(buffers)
     }
 
-    /// Buffers that hold as much.
+    /// Buffers that hold as much and, but for images, up to twice that: lights are reshaped.
     fn sized(device: &wgpu::Device, packed: &Packed) -> Self {
+        let limit = largest_binding(device);
+        let spared = |needed: u64| needed.max(LEAST_BYTES).next_power_of_two().min(limit);
         Self {
-            lights: storage_buffer(device, "lights", packed.headed.len() as u64),
-            vertices: storage_buffer(device, "light vertices", packed.vertex_bytes()),
+            lights: storage_buffer(device, "lights", spared(packed.headed.len() as u64)),
+            vertices: storage_buffer(device, "light vertices", spared(packed.vertex_bytes())),
             images: ImageBuffers::sized(device, &packed.images),
             count: 0,
         }
@@ -83,7 +88,26 @@ impl LightBuffers {
         self.count = lights.len();
     }
 
-    /// Replaces the lights. Returns whether the buffers had to grow, and bind groups of them have to
+    /// Whether other lights have room here: [`LightBuffers::write`] then changes nothing but what is in the
+    /// buffers.
+    ///
+    /// # Errors
+    /// Where the device's storage buffers are too small.
+    pub fn holds(
+        &self,
+        device: &wgpu::Device,
+        lights: &[Light],
+    ) -> Result<bool, LightBuffersError> {
+        Ok(self.has_room(&Packed::new(device, lights)?))
+    }
+
+    fn has_room(&self, packed: &Packed) -> bool {
+        packed.headed.len() as u64 <= self.lights.size()
+            && packed.vertex_bytes() <= self.vertices.size()
+            && self.images.holds(&packed.images)
+    }
+
+    /// Replaces the lights; texels of images that are where they were are not written again. Returns whether the buffers had to grow, and bind groups of them have to
     /// be made anew.
     ///
     /// # Errors
@@ -95,9 +119,7 @@ impl LightBuffers {
         lights: &[Light],
     ) -> Result<bool, LightBuffersError> {
         let packed = Packed::new(device, lights)?;
-        let grows = packed.headed.len() as u64 > self.lights.size()
-            || packed.vertex_bytes() > self.vertices.size()
-            || !self.images.holds(&packed.images);
+        let grows = !self.has_room(&packed);
         if grows {
             *self = Self::sized(device, &packed);
         }

@@ -107,6 +107,7 @@ pub struct LightImage<S> {
     /// are wholly inside.
     outline: Option<Arc<Outline>>,
     gaussian: Option<Arc<GaussianLevels>>,
+    greatest: [f32; 3],
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -154,6 +155,7 @@ impl<S: Scalar> LightImage<S> {
             pyramid: Arc::new(ImagePyramid::new(size)),
             outline,
             gaussian: None,
+            greatest: [0.0; 3],
         };
         image.fill(&vec![[1.0; 3]; width as usize * height as usize]);
         Ok(image)
@@ -218,6 +220,12 @@ impl<S: Scalar> LightImage<S> {
             }
         });
         pyramid.filter();
+        self.greatest = [0.0; 3];
+        for &[r, g, b, weight] in self.pyramid.level(0) {
+            for (greatest, channel) in self.greatest.iter_mut().zip([r, g, b]) {
+                *greatest = greatest.max(channel / weight);
+            }
+        }
         if self.gaussian.is_some() {
             self.filter_gaussian_levels();
         }
@@ -232,6 +240,17 @@ impl<S: Scalar> LightImage<S> {
     /// The levels of [`LightImage::filter_gaussian_levels`], if it was called.
     pub fn gaussian_levels(&self) -> Option<&GaussianLevels> {
         self.gaussian.as_deref()
+    }
+
+    /// Whether both have the very same texels in memory, the conventional lookup's left out: what has been
+    /// done for those of one need not be done for the other's.
+    pub fn shares_texels_with(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.pyramid, &other.pyramid)
+    }
+
+    /// The greatest of its colours, channel by channel.
+    pub fn greatest(&self) -> [f32; 3] {
+        self.greatest
     }
 
     /// Texels across and down.

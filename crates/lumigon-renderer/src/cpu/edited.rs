@@ -24,6 +24,7 @@ impl<'a> CpuRenderer<'a> {
             lights,
             sources,
             warnings,
+            ..
         }: PreparedLights,
         fitted: Arc<FittedLobes>,
     ) -> Self {

@@ -5,7 +5,8 @@ use half::f16;
 
 use super::device::Gpu;
 use super::frame::View;
-use super::scene_buffers::{FRAME_STRIDE, SceneBuffers, TriangleOrder};
+use super::mesh_store::TriangleOrder;
+use super::scene_buffers::{FRAME_STRIDE, SceneBuffers};
 use super::tile::Tile;
 use super::visibility::{DEPTH_FORMAT, Onto, Pipelines, Raster, target};
 use crate::bounce::{CubeMap, CubeTexel};

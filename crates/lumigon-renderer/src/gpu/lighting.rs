@@ -1,7 +1,6 @@
 //! A scene's lights on the device.
 
-use std::collections::BTreeMap;
-use std::mem::offset_of;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::OnceLock;
 
 use lumigon::{ImageMethod, SpecularMethod};
@@ -16,8 +15,10 @@ use super::error::GpuError;
 use super::light_set::{LightSet, PunctualRecord};
 use super::parts::Part;
 use super::rays::TargetList;
+use super::storage::{Records, StagedRecords};
+use super::texels::is_same_texture;
 use crate::bounce::LightTargets;
-use crate::prepared_lights::PreparedLights;
+use crate::prepared_lights::{Prepared, PreparedLights};
 use crate::render::{RenderError, RenderSettings};
 use crate::scene::{EmissivePolygon, PunctualLight, Texture};
 
@@ -35,13 +36,26 @@ pub(super) struct Lighting {
     /// The same lights with the levels of the conventional lookup, made when it is asked for.
     conventional: OnceLock<LightBuffers>,
     /// Of [`ClusterRecord`]s.
-    clusters: wgpu::Buffer,
-    punctual: wgpu::Buffer,
-    punctual_count: u32,
+    clusters: Records<ClusterRecord>,
+    punctual: Records<PunctualRecord>,
     fields: FieldCache,
     /// Where rays to the polygons go, made when it is asked for.
     targets: OnceLock<TargetList>,
     pub(super) warnings: Vec<String>,
+    /// Of each warning the light's index in the scene.
+    warned: Vec<usize>,
+    /// What the lights were made of.
+    origins: Vec<EmissivePolygon>,
+    textures: Vec<Texture>,
+}
+
+/// Lights that are to replace those there are.
+pub(super) struct StagedLights {
+    prepared: Option<PreparedLights>,
+    /// Buffers of them, where the old ones have no room.
+    grown: Option<LightBuffers>,
+    clusters: Option<StagedRecords<ClusterRecord>>,
+    punctual: StagedRecords<PunctualRecord>,
 }
 
 impl Lighting {
@@ -56,11 +70,12 @@ impl Lighting {
             lights,
             sources,
             warnings,
-        } = prepared(polygons, textures);
+            warned,
+        } = sorted(PreparedLights::new(polygons, textures));
         let buffers = LightBuffers::new(device, queue, &lights)?;
         let tables = Tables::new(device, queue, TableFormat::F32);
         let layout = lumigon_wgpu::bind_group_layout(device, wgpu::ShaderStages::COMPUTE);
-        let records: Vec<_> = punctual.iter().map(PunctualRecord::from).collect();
+        let records = punctual.iter().map(PunctualRecord::from).collect();
         Ok(Self {
             bind_group: lumigon_wgpu::bind_group(device, &layout, &buffers, &tables),
             polygons: buffers,
@@ -68,14 +83,16 @@ impl Lighting {
             conventional: OnceLock::new(),
             tables,
             layout,
-            clusters: gpu.storage("light clusters", &clusters(&lights))?,
-            punctual: gpu.storage("lights without extent", &records)?,
-            punctual_count: records.len() as u32,
+            clusters: Records::new(gpu, "light clusters", clusters(&lights))?,
+            punctual: Records::new(gpu, "lights without extent", records)?,
             fields: FieldCache::new(&lights),
             targets: OnceLock::new(),
             lights,
             sources,
             warnings,
+            warned,
+            origins: polygons.to_vec(),
+            textures: textures.to_vec(),
         })
     }
 
@@ -88,10 +105,10 @@ impl Lighting {
     ) -> Result<LightSet<'_>, RenderError> {
         Ok(LightSet {
             bind_group: self.bind_group_for(gpu, settings)?,
-            clusters: &self.clusters,
-            punctual: &self.punctual,
+            clusters: self.clusters.buffer(),
+            punctual: self.punctual.buffer(),
             polygons: &self.lights,
-            punctual_count: self.punctual_count,
+            punctual_count: self.punctual.len() as u32,
             has_images: self.has_images(),
             with_emission: true,
             only: None,
@@ -189,9 +206,8 @@ impl Lighting {
             })
             .fold(0.0, f32::max)
             * 1.00001;
-        let at = cluster * size_of::<ClusterRecord>() + offset_of!(ClusterRecord, power);
-        gpu.queue()
-            .write_buffer(&self.clusters, at as u64, bytemuck::bytes_of(&power));
+        self.clusters
+            .change(gpu, cluster, |record| record.power = power);
         Ok(())
     }
 
@@ -245,29 +261,86 @@ impl Lighting {
         &self.tables
     }
 
-    /// Replaces the polygons.
-    pub(super) fn set_polygons(
-        &mut self,
+    /// Prepares other lights, as far as they are others, and makes room for them.
+    pub(super) fn stage(
+        &self,
         gpu: &Gpu,
         polygons: &[EmissivePolygon],
         textures: &[Texture],
-    ) -> Result<(), GpuError> {
+        punctual: &[PunctualLight],
+    ) -> Result<StagedLights, GpuError> {
+        let records = punctual.iter().map(PunctualRecord::from).collect();
+        let punctual = self.punctual.stage(gpu, records)?;
+        let known = self.known(polygons, textures);
+        let in_place = known.iter().enumerate().all(|(i, old)| *old == Some(i));
+        if in_place && known.len() == self.origins.len() && self.replaced.is_empty() {
+            return Ok(StagedLights {
+                prepared: None,
+                grown: None,
+                clusters: None,
+                punctual,
+            });
+        }
+        let mut places = vec![None; self.origins.len()];
+        for (place, &source) in self.sources.iter().enumerate() {
+            places[source] = Some(place);
+        }
+        let of_known = |index: usize| -> Option<Prepared> {
+            let old = known[index]?;
+            let light = places[old].map(|place| self.lights[place].clone());
+            let warning = self.warned.binary_search(&old).ok();
+            Some((light, warning.map(|i| self.warnings[i].clone())))
+        };
+        let prepared = sorted(PreparedLights::with_known(polygons, textures, of_known));
         let (device, queue) = (gpu.device(), gpu.queue());
-        let PreparedLights {
+        let lights = &prepared.lights;
+        let grown = if self.polygons.holds(device, lights)? {
+            None
+        } else {
+            Some(LightBuffers::new(device, queue, lights)?)
+        };
+        let clusters = self.clusters.stage(gpu, clusters(lights))?;
+        Ok(StagedLights {
+            grown,
+            clusters: Some(clusters),
+            prepared: Some(prepared),
+            punctual,
+        })
+    }
+
+    /// Takes what was staged, which is made of these.
+    pub(super) fn commit(
+        &mut self,
+        gpu: &Gpu,
+        staged: StagedLights,
+        polygons: &[EmissivePolygon],
+        textures: &[Texture],
+    ) -> Result<(), GpuError> {
+        self.punctual.commit(gpu, staged.punctual);
+        self.textures = textures.to_vec();
+        if let Some(clusters) = staged.clusters {
+            self.clusters.commit(gpu, clusters);
+        }
+        let Some(PreparedLights {
             lights,
             sources,
             warnings,
-        } = prepared(polygons, textures);
-        let records: Vec<ClusterRecord> = clusters(&lights);
-        let bytes: &[u8] = bytemuck::cast_slice(&records);
-        if self.polygons.write(device, queue, &lights)? {
+            warned,
+        }) = staged.prepared
+        else {
+            return Ok(());
+        };
+        let (device, queue) = (gpu.device(), gpu.queue());
+        let has_new_buffers = match staged.grown {
+            Some(buffers) => {
+                self.polygons = buffers;
+                true
+            }
+            None => self.polygons.write(device, queue, &lights)?,
+        };
+        if has_new_buffers {
             self.bind_group =
                 lumigon_wgpu::bind_group(device, &self.layout, &self.polygons, &self.tables);
-        }
-        if bytes.len() as u64 > self.clusters.size() {
-            self.clusters = gpu.storage("light clusters", &records)?;
-        } else {
-            queue.write_buffer(&self.clusters, 0, bytes);
         }
         self.fields = FieldCache::new(&lights);
         self.targets = OnceLock::new();
@@ -276,8 +349,69 @@ impl Lighting {
         self.replaced.clear();
         self.conventional = OnceLock::new();
         self.warnings = warnings;
+        self.warned = warned;
+        self.origins.truncate(polygons.len());
+        for (old, new) in self.origins.iter_mut().zip(polygons) {
+            if !is_same_light(old, new) {
+                old.clone_from(new);
+            }
+        }
+        self.origins
+            .extend_from_slice(&polygons[self.origins.len()..]);
         Ok(())
     }
+
+    /// Which of the lights that were prepared each of these is, if any.
+    fn known(&self, polygons: &[EmissivePolygon], textures: &[Texture]) -> Vec<Option<usize>> {
+        let shows_same = |light: &EmissivePolygon| {
+            let image = light.image.as_ref();
+            let placed = image.iter().flat_map(|image| {
+                let mask = image.mask.map(|mask| mask.placed);
+                [image.emission, mask].into_iter().flatten()
+            });
+            let mut textures_of =
+                placed.map(|p| (self.textures.get(p.texture), textures.get(p.texture)));
+            textures_of.all(|pair| matches!(pair, (Some(a), Some(b)) if is_same_texture(a, b)))
+        };
+        let is_same = |old: &EmissivePolygon, new: &EmissivePolygon| {
+            is_same_light(old, new) && shows_same(new)
+        };
+        let old = &self.origins;
+        let mut known: Vec<Option<usize>> = polygons
+            .iter()
+            .enumerate()
+            .map(|(i, new)| old.get(i).is_some_and(|old| is_same(old, new)).then_some(i))
+            .collect();
+        if known.iter().all(Option::is_some) {
+            return known;
+        }
+        // Others went or came before them.
+        let corner = |light: &EmissivePolygon| {
+            let first = light.loops.first().and_then(|outer| outer.first());
+            first.map(|corner| corner.map(f64::to_bits))
+        };
+        let mut by_corner: HashMap<_, Vec<usize>> = HashMap::new();
+        for (i, light) in old.iter().enumerate() {
+            by_corner.entry(corner(light)).or_default().push(i);
+        }
+        for (known, new) in known.iter_mut().zip(polygons) {
+            if known.is_none()
+                && let Some(places) = by_corner.get(&corner(new))
+            {
+                *known = places.iter().copied().find(|&i| is_same(&old[i], new));
+            }
+        }
+        known
+    }
+}
+
+/// Whether lights are prepared alike, as long as their textures are the same.
+fn is_same_light(a: &EmissivePolygon, b: &EmissivePolygon) -> bool {
+    a.loops == b.loops
+        && a.radiance == b.radiance
+        && a.image == b.image
+        && a.two_sided == b.two_sided
+        && a.name == b.name
 }
 
 /// Colours of an image, kept.
@@ -317,19 +451,15 @@ impl Replaced {
     }
 }
 
-/// The lights that can be evaluated, neighbours in clusters, and why the others light nothing.
-fn prepared(lights: &[EmissivePolygon], textures: &[Texture]) -> PreparedLights {
-    let PreparedLights {
-        lights,
-        sources,
-        warnings,
-    } = PreparedLights::new(lights, textures);
-    let order = order_by_place(&lights);
-    let mut left: Vec<_> = lights.into_iter().zip(sources).map(Some).collect();
+/// The same lights, neighbours in clusters.
+fn sorted(prepared: PreparedLights) -> PreparedLights {
+    let order = order_by_place(&prepared.lights);
+    let pairs = prepared.lights.into_iter().zip(prepared.sources);
+    let mut left: Vec<_> = pairs.map(Some).collect();
     let (lights, sources) = order.iter().filter_map(|&i| left[i].take()).unzip();
     PreparedLights {
         lights,
         sources,
-        warnings,
+        ..prepared
     }
 }

@@ -10,8 +10,8 @@ use obvhs::triangle::Triangle;
 
 use super::device::Gpu;
 use super::error::GpuError;
+use super::mesh_store::TriangleOrder;
 use super::record::NONE;
-use super::scene_buffers::TriangleOrder;
 use crate::bounce::LightTargets;
 use crate::cpu::ray_epsilon;
 use crate::scene::Scene;
@@ -109,20 +109,24 @@ fn nodes(scene: &Scene, order: &TriangleOrder) -> Vec<RayNodeRecord> {
             triangle: NONE,
         }];
     }
-    let on_device = 0..of_scene.len() as u32;
-    let triangles: Vec<Triangle> = on_device
-        .map(|index| of_scene[order.of_scene(index) as usize])
-        .collect();
+    let mut triangles = Vec::with_capacity(of_scene.len());
+    let mut on_device = Vec::with_capacity(of_scene.len());
+    for run in order.runs() {
+        let start = run.of_scene as usize;
+        triangles.extend_from_slice(&of_scene[start..start + run.count as usize]);
+        on_device.extend(run.on_device..run.on_device + run.count);
+    }
     let parameters = BvhBuildParams {
         // A node is either a box or a triangle.
         max_prims_per_leaf: 1,
         ..BvhBuildParams::medium_build()
     };
     let hierarchy = build_bvh2_from_tris(&triangles, parameters, &mut Duration::default());
-    depth_first(&hierarchy)
+    depth_first(&hierarchy, &on_device)
 }
 
-fn depth_first(hierarchy: &Bvh2) -> Vec<RayNodeRecord> {
+/// `on_device` are the hierarchy's triangles.
+fn depth_first(hierarchy: &Bvh2, on_device: &[u32]) -> Vec<RayNodeRecord> {
     enum Step {
         Enter(u32),
         /// All below this one of the list is in it.
@@ -151,7 +155,7 @@ fn depth_first(hierarchy: &Bvh2) -> Vec<RayNodeRecord> {
             for slot in slots {
                 list.push(RayNodeRecord {
                     skip: list.len() as u32 + 1,
-                    triangle: hierarchy.primitive_indices[slot as usize],
+                    triangle: on_device[hierarchy.primitive_indices[slot as usize] as usize],
                     ..record
                 });
             }

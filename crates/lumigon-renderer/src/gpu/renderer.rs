@@ -71,13 +71,14 @@ pub struct GpuRenderer {
     pub(super) shading: Shading,
     pub(super) display: Display,
     pub(super) lighting: Lighting,
+    pub(super) scene_layout: wgpu::BindGroupLayout,
     /// What lights' pictures are made of.
-    textures: Vec<Texture>,
+    pub(super) textures: Vec<Texture>,
     /// What bounce light needs of the scene: triangles, and lights without extent.
     pub(super) shapes: Scene,
     pub(super) facets: OnceLock<Facets>,
     /// Made when surfaces are first to block light.
-    rays: OnceLock<Rays>,
+    pub(super) rays: OnceLock<Rays>,
     pub(super) face_raster: OnceLock<FaceRaster>,
     pub(super) clock: Option<Clock>,
     /// One picture or cube map at a time.
@@ -132,6 +133,7 @@ impl GpuRenderer {
             visibility: Visibility::new(gpu, &scene_layout, &scene)?,
             shading: Shading::new(gpu, lighting.layout(), &scene_layout, scene.features)?,
             scene,
+            scene_layout,
             display: Display::default(),
             lighting,
             textures,
@@ -159,9 +161,14 @@ impl GpuRenderer {
     /// # Errors
     /// Where they are more than the device's buffers hold; they stay as they were.
     pub fn set_lights(&mut self, lights: &[EmissivePolygon]) -> Result<(), GpuError> {
-        let (gpu, textures) = (self.gpu.clone(), &self.textures);
-        let lighting = &mut self.lighting;
-        gpu.guarded("lights", || lighting.set_polygons(&gpu, lights, textures))
+        let gpu = self.gpu.clone();
+        let (textures, punctual) = (&self.textures, &self.shapes.punctual_lights);
+        let staged = gpu.guarded("lights", || {
+            self.lighting.stage(&gpu, lights, textures, punctual)
+        })?;
+        gpu.guarded("lights", || {
+            self.lighting.commit(&gpu, staged, lights, textures)
+        })
     }
 
     /// Shows another picture on the light `light` of [`Scene::polygon_lights`], in place: one colour for

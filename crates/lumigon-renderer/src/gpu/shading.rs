@@ -196,6 +196,12 @@ impl Shading {
         })
     }
 
+    /// Pipelines are made for other features from now on.
+    pub(super) fn set_features(&mut self, features: Features) {
+        self.features = features;
+        lock(&self.pipelines).clear();
+    }
+
     fn variant(&self, gpu: &Gpu, traces_lights: bool) -> Result<&Variant, GpuError> {
         if !traces_lights {
             return Ok(&self.plain);

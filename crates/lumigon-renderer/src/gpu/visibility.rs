@@ -76,6 +76,9 @@ pub(super) fn target(
     (texture, view)
 }
 
+/// The entry points that find triangles.
+const TO_IDS: [&str; 2] = ["triangle_here", "triangle_where_opaque"];
+
 impl Visibility {
     pub(super) fn new(
         gpu: &Gpu,
@@ -93,11 +96,22 @@ impl Visibility {
                 }),
             features: scene.features,
         };
-        let entry_points = ["triangle_here", "triangle_where_opaque"];
         Ok(Self {
-            to_ids: raster.pipelines(gpu, entry_points, &[ID_FORMAT]),
+            to_ids: raster.pipelines(gpu, TO_IDS, &[ID_FORMAT]),
             raster,
         })
+    }
+
+    /// Pipelines for other features.
+    pub(super) fn pipelines_for(&self, gpu: &Gpu, features: Features) -> Pipelines {
+        self.raster
+            .pipelines_for(gpu, features, TO_IDS, &[ID_FORMAT])
+    }
+
+    /// Takes the pipelines for other features.
+    pub(super) fn set(&mut self, features: Features, pipelines: Pipelines) {
+        self.raster.features = features;
+        self.to_ids = pipelines;
     }
 
     /// What other pipelines are made with.
@@ -130,10 +144,20 @@ impl Raster {
     pub(super) fn pipelines(
         &self,
         gpu: &Gpu,
+        entry_points: [&'static str; 2],
+        formats: &[wgpu::TextureFormat],
+    ) -> Pipelines {
+        self.pipelines_for(gpu, self.features, entry_points, formats)
+    }
+
+    fn pipelines_for(
+        &self,
+        gpu: &Gpu,
+        features: Features,
         [here, where_opaque]: [&'static str; 2],
         formats: &[wgpu::TextureFormat],
     ) -> Pipelines {
-        let constants = self.shader.constants(&scene_constants(self.features));
+        let constants = self.shader.constants(&scene_constants(features));
         let options = wgpu::PipelineCompilationOptions {
             constants: &constants,
             ..Default::default()
@@ -222,9 +246,11 @@ impl Pipelines {
         let [width, height] = onto.size.map(|pixels| pixels as f32);
         pass.set_viewport(0.0, 0.0, width, height, 0.0, 1.0);
         pass.set_bind_group(1, &scene.bind_group, &[frame_offset]);
-        for (pipeline, range) in self.0.iter().zip(&scene.ranges) {
-            if !range.is_empty() {
+        for (pipeline, draws) in self.0.iter().zip(&scene.draws) {
+            if !draws.is_empty() {
                 pass.set_pipeline(pipeline);
+            }
+            for range in draws {
                 pass.draw(3 * range.start..3 * range.end, 0..1);
             }
         }

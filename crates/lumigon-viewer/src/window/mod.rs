@@ -348,6 +348,7 @@ impl Viewer {
         shown
             .input
             .handle_platform_output(&shown.window, output.platform_output);
+        let interface = start.elapsed();
         let mut drawn = Drawn {
             primitives: context.tessellate(output.shapes, output.pixels_per_point),
             textures: output.textures_delta,
@@ -388,8 +389,12 @@ impl Viewer {
             self.app.save_picture(path);
         }
         if self.options.timings {
-            let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-            println!("frame {} took {milliseconds:.2} ms", self.frame);
+            let whole = start.elapsed();
+            let [interface, rest] = [interface, whole - interface].map(|d| d.as_secs_f64() * 1e3);
+            println!(
+                "frame {}: {interface:.2} ms to make, {rest:.2} ms to show",
+                self.frame
+            );
         }
         Ok(!is_over)
     }

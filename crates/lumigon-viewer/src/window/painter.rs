@@ -209,7 +209,6 @@ fn options() -> egui_wgpu::RendererOptions {
     egui_wgpu::RendererOptions {
         // Screenshots of the same frame are the same.
         dithering: false,
-        predictable_texture_filtering: true,
         ..Default::default()
     }
 }
