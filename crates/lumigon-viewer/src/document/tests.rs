@@ -489,6 +489,15 @@ fn textures_move_with_a_light_and_stay_where_an_outline_changes() {
         .0[0];
     let difference = (read.radiance - shown.radiance).abs().max_element();
     assert!(difference < 1e-5 && (read.area() - shown.area()).abs() < 1e-5);
+    let (shown, read) = (shown.image.unwrap(), read.image.unwrap());
+    assert_eq!(shown.strength, read.strength);
+    for (a, b) in [
+        (shown.corner, read.corner),
+        (shown.edge_u, read.edge_u),
+        (shown.edge_v, read.edge_v),
+    ] {
+        assert!(DVec3::from(a).distance(b.into()) < 1e-5);
+    }
 
     let turned = light
         .turned(DVec3::new(1.0, 2.0, 0.5), 0.7)
