@@ -205,16 +205,21 @@ impl<S: Clone + PartialEq> Document<S> {
             }
         });
         let (made, made_of) = faces::faces(&light, material, texture);
+        let is_slow = images::is_slow(&made_of);
+        let moved = is_slow
+            .then(|| self.moved(id, &light, (mesh, &made)))
+            .flatten();
         patch.meshes.insert(mesh, Some(Arc::new(made)));
         patch.materials.insert(material, Some(Arc::new(made_of)));
 
         let mut scene = self.own_scene();
         patch.change_parts(&mut scene);
-        let quick = images::is_slow(&scene, mesh)
-            .then(|| images::coarse(&scene, mesh, &light))
-            .flatten();
-        let finished = quick.is_none();
-        let list = quick.unwrap_or_else(|| scene.lights_of_mesh(mesh, &self.limits).0);
+        let (list, finished) = moved
+            .or_else(|| {
+                let coarse = is_slow.then(|| images::coarse(&scene, mesh, &light));
+                coarse.flatten().map(|coarse| (coarse, false))
+            })
+            .unwrap_or_else(|| (scene.lights_of_mesh(mesh, &self.limits).0, true));
         let shines = light.radiance.max_element() > 0.0;
         if list.is_empty() && shines && scene.meshes[mesh].triangles.is_empty() {
             return Err(EditError::Vanishes);
@@ -229,5 +234,24 @@ impl<S: Clone + PartialEq> Document<S> {
         patch.entries.insert(id.0, Entry::Own { mesh, light });
         self.take(name, &patch, Arc::new(scene));
         Ok(())
+    }
+
+    /// The polygons of a light that is only to be moved, turned or coloured, and whether they are finished.
+    fn moved(
+        &self,
+        id: LightId,
+        light: &Light,
+        (mesh, made): (usize, &Mesh),
+    ) -> Option<(Vec<EmissivePolygon>, bool)> {
+        let before = self.light(id)?;
+        let (Entry::OfFile { mesh: old } | Entry::Own { mesh: old, .. }) = self.entries[id.index()]
+        else {
+            return None;
+        };
+        let polygons = &self.scene.polygon_lights[self.polygons_of(id)];
+        let meshes = [&*self.scene.meshes[old], made];
+        let moved = images::moved([before, light], meshes, polygons, mesh)?;
+        let known = self.polygons.get(&old);
+        Some((moved, known.is_none_or(|polygons| polygons.finished)))
     }
 }

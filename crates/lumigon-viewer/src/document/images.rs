@@ -19,10 +19,68 @@ const COARSE_SAMPLES: f64 = 1024.0;
 /// The least sine of the angle between a texture's axes on a light, to use them as the picture's.
 const LEAST_SINE: f64 = 0.5;
 
-/// Whether the lights of a mesh take more time than an outline does.
-pub(super) fn is_slow(scene: &Scene, mesh: usize) -> bool {
-    let material = &scene.materials[scene.meshes[mesh].material];
+/// Whether lights of a material take more time than their outlines do.
+pub(super) fn is_slow(material: &Material) -> bool {
     material.is_emissive() && (material.emissive_texture.is_some() || is_masked(material))
+}
+
+/// The polygons of a light that was only moved, turned or coloured, from those it had: no image is read.
+/// `own` is its mesh now, the one of index `mesh`. `None` where more has changed.
+pub(super) fn moved(
+    [before, after]: [&Light; 2],
+    [old, own]: [&Mesh; 2],
+    polygons: &[EmissivePolygon],
+    mesh: usize,
+) -> Option<Vec<EmissivePolygon>> {
+    let is_same = before.loops == after.loops
+        && before.picture == after.picture
+        && before.surface == after.surface;
+    // A polygon of the file is alone on its mesh now.
+    let was_own = polygons.iter().all(|polygon| polygon.mesh == mesh);
+    let keeps_triangles = if was_own {
+        old.triangles == own.triangles
+    } else {
+        polygons.len() == 1
+    };
+    // What was dark may show anything.
+    let was_lit = before.radiance.cmpgt(Vec3::ZERO) | after.radiance.cmple(Vec3::ZERO);
+    let is_lit = !polygons.is_empty() && after.radiance.max_element() > 0.0 && was_lit.all();
+    if !is_same || !keeps_triangles || !is_lit {
+        return None;
+    }
+    let ratio = after.radiance / before.radiance;
+    let brighter = Vec3::select(before.radiance.cmpgt(Vec3::ZERO), ratio, Vec3::ONE);
+    let new_from_old = after.world_from_plane * before.world_from_plane.inverse();
+    let move_point = |p: &mut [f64; 3]| *p = new_from_old.transform_point3((*p).into()).to_array();
+    let turn = |v: &mut [f64; 3]| *v = new_from_old.transform_vector3((*v).into()).to_array();
+    let move_map = |map: &mut TextureMap| {
+        move_point(&mut map.point);
+        map.gradients.iter_mut().for_each(turn);
+    };
+    let mut polygons = polygons.to_vec();
+    for polygon in &mut polygons {
+        if !was_own {
+            polygon.triangles = (0..own.triangles.len() as u32).collect();
+        }
+        polygon.name.clone_from(&after.name);
+        polygon.mesh = mesh;
+        polygon.two_sided = after.two_sided;
+        polygon.radiance *= brighter;
+        polygon.loops.iter_mut().flatten().for_each(move_point);
+        if let Some(image) = &mut polygon.image {
+            image.strength = after.radiance;
+            move_point(&mut image.corner);
+            turn(&mut image.edge_u);
+            turn(&mut image.edge_v);
+            if let Some(placed) = &mut image.emission {
+                move_map(&mut placed.map);
+            }
+            if let Some(mask) = &mut image.mask {
+                move_map(&mut mask.placed.map);
+            }
+        }
+    }
+    Some(polygons)
 }
 
 /// The polygons of a light on its own mesh in a fraction of a millisecond: their pictures have few cells, and their

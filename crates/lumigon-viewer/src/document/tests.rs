@@ -16,6 +16,16 @@ fn own_scene() -> Scene {
     properties::scene()
 }
 
+/// One vertex more, on an edge: the shape stays, its faces are made anew.
+fn add_middle(light: &mut Light) {
+    let edge = outline::Corner {
+        loop_index: 0,
+        vertex: 0,
+    };
+    let [a, b] = outline::edge(&light.loops, edge).unwrap();
+    outline::insert_vertex(&mut light.loops, edge, (a + b) * 0.5);
+}
+
 /// How far the loops of two outlines lie apart, vertex by vertex, wherever they begin.
 fn distance(a: &[Vec<[f64; 3]>], b: &[Vec<[f64; 3]>]) -> f64 {
     assert_eq!(a.len(), b.len());
@@ -170,7 +180,7 @@ fn lights_of_files_come_back_from_their_own_meshes() {
             let mut light = document.light(id).unwrap().clone();
             assert_eq!(light.can_reshape(), Ok(()), "{name}: {}", light.name);
             assert!(light.centroid().length() <= 1e-9);
-            light.name.push('!');
+            add_middle(&mut light);
             document.set_light(id, light).unwrap();
         }
         assert_sound(&document);
@@ -458,6 +468,37 @@ fn textures_move_with_a_light_and_stay_where_an_outline_changes() {
     let light = document.light(id).unwrap().clone();
     let shown = light.picture.as_ref().unwrap();
     assert_eq!(shown.image, PictureImage::Scene(0));
+    // Moved alone, it needs no image to be read again.
+    let mut only_turned = light
+        .turned(DVec3::new(-1.0, 0.3, 0.5), 1.7)
+        .moved(DVec3::X);
+    only_turned.radiance *= 2.0;
+    document.set_light(id, only_turned).unwrap();
+    assert!(document.finish_images().is_none());
+    assert!(document.is_sound_for_rays(id));
+    assert_sound(&document);
+    let (shown, before) = (
+        document.polygons_of(id).start,
+        &own_scene().polygon_lights[4],
+    );
+    let shown = document.scene().polygon_lights[shown].clone();
+    assert_eq!(shown.image.unwrap().size, before.image.unwrap().size);
+    let read = &document
+        .scene()
+        .lights_of_mesh(shown.mesh, &Limits::default())
+        .0[0];
+    let difference = (read.radiance - shown.radiance).abs().max_element();
+    assert!(difference < 1e-5 && (read.area() - shown.area()).abs() < 1e-5);
+    let (shown, read) = (shown.image.unwrap(), read.image.unwrap());
+    assert_eq!(shown.strength, read.strength);
+    for (a, b) in [
+        (shown.corner, read.corner),
+        (shown.edge_u, read.edge_u),
+        (shown.edge_v, read.edge_v),
+    ] {
+        assert!(DVec3::from(a).distance(b.into()) < 1e-5);
+    }
+
     let turned = light
         .turned(DVec3::new(1.0, 2.0, 0.5), 0.7)
         .scaled(2.0, 0.5)
@@ -725,7 +766,7 @@ fn pictures_keep_to_the_memory_that_they_may_have() {
     scene.textures[0] = large.unwrap();
     let mut document = Document::with_settings(scene, (), limits);
     let id = document.ids().nth(4).unwrap();
-    let light = document.light(id).unwrap().moved(DVec3::X);
+    let light = document.light(id).unwrap().scaled(2.0, 2.0).unwrap();
     document.set_light(id, light).unwrap();
     let job = document.finish_images().unwrap();
     assert!(document.apply_images(job.run()));
@@ -758,4 +799,71 @@ fn a_picture_that_cannot_be_read_says_which_and_why() {
         ("good.hdr", &picture().bytes)
     );
     assert_eq!(read.image.size, [2, 1]);
+}
+
+/// Lights that were put on their own meshes light a picture as before; what was removed does not.
+#[test]
+fn edited_scenes_render() {
+    use lumigon_renderer::{CpuRenderer, RenderSettings, Watch};
+
+    let scene = scene("screens.glb");
+    let camera = scene.cameras[0].clone();
+    let settings = RenderSettings {
+        width: 48,
+        height: 30,
+        samples: 1,
+        specular: lumigon::SpecularMethod::None,
+        ..RenderSettings::default()
+    };
+    let render = |scene: &Scene| -> Vec<[f32; 3]> {
+        let renderer = CpuRenderer::new(scene);
+        let warnings = renderer.warnings();
+        assert!(
+            warnings.iter().all(|w| !w.contains("lights nothing")),
+            "{warnings:?}"
+        );
+        let rendering = renderer.render(&camera, &settings, Watch::none()).unwrap();
+        let pixels: Vec<[f32; 3]> = rendering
+            .diffuse
+            .iter()
+            .map(|p| [p[0], p[1], p[2]])
+            .collect();
+        assert!(pixels.iter().flatten().all(|x| x.is_finite() && *x >= 0.0));
+        pixels
+    };
+    let sum = |pixels: &[[f32; 3]]| -> f64 { pixels.iter().flatten().map(|&x| f64::from(x)).sum() };
+    let before = render(&scene);
+    let mut document: Document = Document::new(scene);
+    let ids: Vec<LightId> = document.ids().collect();
+    for &id in &ids {
+        let mut light = document.light(id).unwrap().clone();
+        add_middle(&mut light);
+        document.set_light(id, light).unwrap();
+    }
+    let coarse = render(document.scene());
+    let job = document.finish_images().unwrap();
+    assert!(document.apply_images(job.run()));
+    let after = render(document.scene());
+    let apart = |pixels: &[[f32; 3]]| -> f64 {
+        let pairs = pixels.as_flattened().iter().zip(before.as_flattened());
+        pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / sum(&before)
+    };
+    println!("coarse {}, finished {}", apart(&coarse), apart(&after));
+    assert!(apart(&after) < 1e-4, "{}", apart(&after));
+    assert!(apart(&coarse) < 0.05, "{}", apart(&coarse));
+    // A few are removed, one gets a letter's shape; meshes without triangles stay behind.
+    document.remove_light(ids[0]);
+    let mut light = document.light(ids[1]).unwrap().clone();
+    light.loops = Preset::Letter {
+        character: 'R',
+        height: 0.5,
+    }
+    .loops()
+    .unwrap();
+    document.set_light(ids[1], light).unwrap();
+    assert!(sum(&render(document.scene())) < sum(&before));
+    for &id in &ids[1..] {
+        document.remove_light(id);
+    }
+    assert_eq!(sum(&render(document.scene())), 0.0);
 }
