@@ -6,8 +6,10 @@
 
 mod app;
 pub mod document;
+mod loading;
 mod navigation;
 mod options;
+mod recovery;
 mod replay;
 mod window;
 
