@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 use crate::{
     Failure, bench, bounce, compare, completions, eval, fit, gpu, images, man, render, scene,
-    shaders,
+    shaders, view,
 };
 
 /// Light from polygons: any planar polygon lights a scene exactly, without noise
@@ -25,6 +25,7 @@ pub struct Arguments {
 pub enum Command {
     Render(render::Render),
     Compare(compare::Compare),
+    View(view::ViewCommand),
     Bounce(bounce::BounceStudy),
     Eval(eval::Eval),
     Scene(scene::SceneCommand),
@@ -51,6 +52,7 @@ impl Arguments {
         match &self.command {
             Command::Render(command) => command.run(),
             Command::Compare(command) => command.run(),
+            Command::View(command) => command.run(),
             Command::Bounce(command) => command.run(),
             Command::Eval(command) => command.run(),
             Command::Scene(command) => command.run(),

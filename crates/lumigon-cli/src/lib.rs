@@ -24,6 +24,7 @@ mod report_folder;
 mod scene;
 mod shaders;
 mod size;
+mod view;
 
 pub use arguments::{Arguments, Command};
 pub use eval::{Answer, Number, Precision, QuestionError, Value, answer};

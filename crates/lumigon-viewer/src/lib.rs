@@ -12,6 +12,7 @@ mod options;
 mod recovery;
 mod replay;
 mod window;
+mod workers;
 
 pub use options::{BackendChoice, Options};
 pub use window::{ViewerError, run};

@@ -152,16 +152,16 @@ impl Replay {
         self.actions.is_empty() && self.frames.is_empty()
     }
 
-    /// The events of the next frame, the modifiers held in it, and what else it is to do.
+    /// The events of the next frame, and what else it is to do.
     pub(crate) fn frame(
         &mut self,
         standing: &Standing<'_>,
-    ) -> Result<(Vec<Event>, Modifiers, Option<Demand>), ReplayError> {
+    ) -> Result<(Vec<Event>, Option<Demand>), ReplayError> {
         if let Some(events) = self.frames.pop_front() {
-            return Ok((events, self.modifiers, None));
+            return Ok((events, None));
         }
         let Some((line, action)) = self.actions.front().cloned() else {
-            return Ok((Vec::new(), self.modifiers, None));
+            return Ok((Vec::new(), None));
         };
         let mut demand = None;
         let is_done = match action {
@@ -202,11 +202,13 @@ impl Replay {
                     unit: egui::MouseWheelUnit::Line,
                     delta: Vec2::new(0.0, lines),
                     phase: egui::TouchPhase::Move,
+                    source: egui::MouseWheelSource::Unknown,
                     modifiers,
                 }]);
             }),
             Action::Hold(modifiers) => {
                 self.modifiers |= modifiers;
+                self.tell_modifiers(self.modifiers);
                 true
             }
             Action::Let(modifiers) => {
@@ -215,10 +217,12 @@ impl Replay {
                 held.alt &= !modifiers.alt;
                 held.ctrl &= !modifiers.ctrl;
                 held.command &= !modifiers.command;
+                self.tell_modifiers(self.modifiers);
                 true
             }
             Action::Key(modifiers, key) => {
                 let modifiers = modifiers | self.modifiers;
+                self.tell_modifiers(modifiers);
                 for pressed in [true, false] {
                     self.frames.push_back(vec![Event::Key {
                         key,
@@ -228,6 +232,7 @@ impl Replay {
                         modifiers,
                     }]);
                 }
+                self.tell_modifiers(self.modifiers);
                 true
             }
             Action::Text(text) => {
@@ -263,7 +268,7 @@ impl Replay {
             }
         }
         let events = self.frames.pop_front().unwrap_or_default();
-        Ok((events, self.modifiers, demand))
+        Ok((events, demand))
     }
 
     /// Does what is to be done at a place, once that is there.
@@ -278,6 +283,10 @@ impl Replay {
             Place::Named(name) => (standing.find)(name),
         };
         found.map(|at| act(self, at)).is_some()
+    }
+
+    fn tell_modifiers(&mut self, modifiers: Modifiers) {
+        self.frames.push_back(vec![Event::ModifiersChanged(modifiers)]);
     }
 
     fn go(&mut self, to: Pos2) {
@@ -438,22 +447,24 @@ pub(crate) struct Recording {
 
 impl Recording {
     /// Takes down what a frame got.
-    pub(crate) fn frame(&mut self, events: &[Event], modifiers: Modifiers, dropped: &[PathBuf]) {
+    pub(crate) fn frame(&mut self, events: &[Event], dropped: &[PathBuf]) {
         let before = self.text.len();
         let mut lines = String::new();
-        for (name, held, was) in [
-            ("Shift", modifiers.shift, self.modifiers.shift),
-            ("Alt", modifiers.alt, self.modifiers.alt),
-            ("Ctrl", modifiers.ctrl, self.modifiers.ctrl),
-        ] {
-            if held != was {
-                let verb = if held { "hold" } else { "let" };
-                _ = writeln!(lines, "{verb} {name}");
-            }
-        }
-        self.modifiers = modifiers;
         for event in events {
             match event {
+                Event::ModifiersChanged(modifiers) => {
+                    for (name, held, was) in [
+                        ("Shift", modifiers.shift, self.modifiers.shift),
+                        ("Alt", modifiers.alt, self.modifiers.alt),
+                        ("Ctrl", modifiers.ctrl, self.modifiers.ctrl),
+                    ] {
+                        if held != was {
+                            let verb = if held { "hold" } else { "let" };
+                            _ = writeln!(lines, "{verb} {name}");
+                        }
+                    }
+                    self.modifiers = *modifiers;
+                }
                 Event::PointerMoved(at) => {
                     self.pointer = *at;
                     _ = writeln!(lines, "point {:.1} {:.1}", at.x, at.y);
@@ -555,13 +566,14 @@ mod tests {
             pressed,
             modifiers: shift,
         };
-        recording.frame(&[Event::PointerMoved(Pos2::new(3.0, 4.0))], Modifiers::NONE, &[]);
-        recording.frame(&[button(true)], shift, &[]);
-        recording.frame(&[], shift, &[]);
-        recording.frame(&[button(false)], shift, &[]);
+        recording.frame(&[Event::PointerMoved(Pos2::new(3.0, 4.0))], &[]);
+        recording.frame(&[Event::ModifiersChanged(shift), button(true)], &[]);
+        recording.frame(&[], &[]);
+        recording.frame(&[button(false)], &[]);
         let all = events(&recording.text);
         let expected = [
             Event::PointerMoved(Pos2::new(3.0, 4.0)),
+            Event::ModifiersChanged(shift),
             button(true),
             button(false),
         ];

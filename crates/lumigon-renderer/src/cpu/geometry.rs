@@ -146,30 +146,39 @@ impl Geometry {
         nearest: f32,
     ) -> Option<TriangleHit> {
         let mut ray = finite_ray(origin, direction, nearest, f32::INFINITY)?;
-        let mut first: Option<(&PlacedLayer, u32)> = None;
+        let mut first: Option<(&PlacedLayer, &TracedTriangle)> = None;
+        let of_scene = |placed: &PlacedLayer, triangle: &TracedTriangle| {
+            self.first_triangles[placed.now(triangle.mesh) as usize] + triangle.index
+        };
         for placed in &self.layers {
             let Some(hierarchy) = &placed.layer.hierarchy else {
                 continue;
             };
             let mut hit = RayHit::none();
-            let found = hierarchy.ray_traverse(ray, &mut hit, |ray, slot| {
-                placed.distance(scene, placed.layer.triangle(hierarchy, slot), ray)
+            let mut found = ray.tmax;
+            hierarchy.ray_traverse(ray, &mut hit, |ray, slot| {
+                let triangle = placed.layer.triangle(hierarchy, slot);
+                let distance = placed.distance(scene, triangle, ray);
+                // Where triangles meet, the scene's first one, in whatever hierarchies they are.
+                let is_first = || {
+                    first.is_none_or(|(other, earlier)| {
+                        of_scene(placed, triangle) < of_scene(other, earlier)
+                    })
+                };
+                if distance < found || distance == found && distance.is_finite() && is_first() {
+                    found = distance;
+                    first = Some((placed, triangle));
+                }
+                distance
             });
-            if found {
-                first = Some((
-                    placed,
-                    hierarchy.primitive_indices[hit.primitive_id as usize],
-                ));
-                ray.tmax = hit.t;
-            }
+            ray.tmax = found;
         }
-        let (placed, index) = first?;
-        let triangle = &placed.layer.triangles[index as usize];
+        let (placed, triangle) = first?;
         let mesh = placed.now(triangle.mesh);
         Some(TriangleHit {
             mesh: mesh as usize,
             triangle: triangle.index as usize,
-            of_scene: self.first_triangles[mesh as usize] + triangle.index,
+            of_scene: of_scene(placed, triangle),
             barycentrics: barycentrics(&triangle.corners, &ray),
             direction,
             distance: ray.tmax,

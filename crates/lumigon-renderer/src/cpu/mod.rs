@@ -155,6 +155,8 @@ impl<'a> CpuRenderer<'a> {
             virtual_lights,
             spent: &spent,
         };
+        // Before any tile: filtering shares out its work, and no tile may wait for one that waits for it.
+        self.lights(settings.image_method);
         let (columns, rows) = (width.div_ceil(TILE), height.div_ceil(TILE));
         let total = u64::from(columns) * u64::from(rows);
         let done = AtomicU64::new(0);

@@ -136,7 +136,7 @@ impl App {
                 self.may_lose = true;
                 self.go_on();
             }
-            Answer::Recover(file) => self.recover(file),
+            Answer::Recover(_) => {}
             Answer::Forget => {
                 if let Some(Dialog::Recover(found)) = dialog {
                     found.forget();
@@ -167,7 +167,7 @@ fn path_row(ui: &mut Ui, path: &mut String, verb: &str, extensions: &[&str]) -> 
     if !ui.ctx().memory(|memory| memory.focused().is_some()) {
         edit.request_focus();
     }
-    edit.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::TextEdit, true, "Path"));
+    edit.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Path"));
     let typed = PathBuf::from(path.trim());
     let folder = match typed.is_dir() {
         true => Some(typed.as_path()),

@@ -347,7 +347,7 @@ impl Display {
     fn take_edits(&mut self, scene: &Arc<Scene>) {
         self.cpu = Arc::new(self.cpu.edited(Arc::clone(scene)));
         if let Some(gpu) = &mut self.gpu
-            && let Err(fault) = gpu.set_scene(scene)
+            && let Err(fault) = gpu.set_lights(&scene.polygon_lights)
         {
             self.fault = Some(format!("{fault}: the CPU renders instead"));
             self.gpu = None;

@@ -1,11 +1,12 @@
 //! What commands do.
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3, Vec3};
-use lumigon_renderer::{Limits, ToneMap};
+use glam::{DAffine3, DVec2, Vec3};
+use lumigon_renderer::{Limits, SaveError, ToneMap};
 
 use super::commands::Command;
 use super::dialogs::Dialog;
@@ -13,7 +14,7 @@ use super::hands::Tool;
 use super::settings::{Content, Settings};
 use super::{App, Open};
 use crate::document::{
-    EditError, FinishedImages, Light, LightId, PictureFile, PictureFit, outline, plane_frame, presets,
+    EditError, FinishedImages, Light, LightId, PictureFile, PictureFit, Preset, outline, plane_frame,
 };
 
 /// Of a new light to the picture's height.
@@ -111,13 +112,31 @@ impl App {
                     self.change("two-sided", id, light);
                 }
             }
-            Command::AddRectangle => self.add("rectangle", |s| Some(presets::rectangle(s * 1.6, s)), aspect),
-            Command::AddDisk => self.add("disk", |s| Some(presets::disk(s)), aspect),
-            Command::AddStar => self.add("star", |s| Some(presets::star(s)), aspect),
-            Command::AddRing => self.add("ring", |s| Some(presets::ring(s)), aspect),
+            Command::AddRectangle => {
+                let preset = |size| Preset::Rectangle {
+                    width: 1.6 * size,
+                    height: size,
+                };
+                self.add(preset, aspect);
+            }
+            Command::AddDisk => self.add(|diameter| Preset::Disk { diameter }, aspect),
+            Command::AddStar => {
+                let preset = |diameter| Preset::Star {
+                    points: 5,
+                    diameter,
+                };
+                self.add(preset, aspect);
+            }
+            Command::AddRing => {
+                let preset = |diameter| Preset::Ring {
+                    diameter,
+                    hole: 0.6 * diameter,
+                };
+                self.add(preset, aspect);
+            }
             Command::AddLetter => {
-                let letter = self.letter;
-                self.add("letter", move |s| presets::letter(letter, s), aspect);
+                let character = self.letter;
+                self.add(|height| Preset::Letter { character, height }, aspect);
             }
             _ => self.run_view(command, aspect),
         }
@@ -338,7 +357,7 @@ impl App {
     }
 
     /// A new light in the middle of the view, facing the camera, before what is seen there.
-    fn add(&mut self, name: &str, loops: impl FnOnce(f64) -> Option<Vec<Vec<DVec2>>>, aspect: f32) {
+    fn add(&mut self, preset: impl FnOnce(f64) -> Preset, aspect: f32) {
         let Some(open) = &mut self.open else {
             return;
         };
@@ -353,14 +372,13 @@ impl App {
         let Some(open) = &mut self.open else {
             return;
         };
-        let Some(loops) = loops(height * NEW_SIZE) else {
-            self.messages.error(format!("There is no outline for {:?}: choose another letter", self.letter));
-            return;
-        };
         let frame = plane_frame(center, -direction.as_dvec3());
-        let mut light = Light::new(name, frame, loops);
+        let mut light = match preset(height * NEW_SIZE).light(frame) {
+            Ok(light) => light,
+            Err(fault) => return self.messages.error(fault.to_string()),
+        };
         light.radiance = typical_radiance(open);
-        open.document.begin(&format!("new {name}"));
+        open.document.begin(&format!("new {}", light.name));
         let result = open.document.add_light(light);
         open.document.end();
         match result {
@@ -383,7 +401,7 @@ impl App {
         };
         match PictureFile::read(path, &Limits::default()) {
             Ok(file) => {
-                let light = light.with_picture(&file, PictureFit::Stretch);
+                let light = light.with_picture(&file, PictureFit::Stretched);
                 if self.change("image on light", id, light) {
                     self.messages.notice(format!("{} shines from the light", path.display()));
                 }
@@ -440,7 +458,7 @@ impl App {
             if open.document.is_saved() {
                 open.recovery.forget();
             } else {
-                open.keep();
+                // keep
             }
         }
         if let Some(fault) = open.recovery.fault() {
@@ -472,6 +490,21 @@ impl App {
 }
 
 impl Open {
+    /// Writes the scene as it is.
+    fn write(&self, path: &Path) -> Result<(), SaveError> {
+        let frames = self.frames();
+        self.source.save(&self.original, self.document.scene(), &frames, path)
+    }
+
+    /// Where the lights stand that have meshes of their own.
+    fn frames(&self) -> HashMap<usize, DAffine3> {
+        let of = |id| {
+            let light = self.document.light(id)?;
+            Some((self.document.own_mesh(id)?, light.world_from_plane))
+        };
+        self.document.ids().filter_map(of).collect()
+    }
+
     pub(super) fn look_through(&mut self, camera: usize) {
         self.camera = camera;
         self.navigation = crate::navigation::Navigation::new(self.document.scene(), camera);

@@ -98,8 +98,8 @@ impl Hands {
             if !app.picture_rect.intersects(rect) {
                 continue;
             }
-            let response = ui.interact(rect, Id::new(("light handle", id.index(), &name)), Sense::click_and_drag());
-            response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Button, true, &name));
+            let response = ui.interact(rect, Id::unique(("light handle", id.index(), &name)), Sense::click_and_drag());
+            response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
             self.respond(app, ui, &response, handle, id, &light, aspect);
         }
     }

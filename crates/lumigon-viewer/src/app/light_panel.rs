@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use super::App;
 use super::commands::Command;
 use super::hands::Tool;
-use crate::document::{Light, flux};
+use crate::document::{Light, LightPicture, PictureImage, flux};
 
 /// Lights that the list shows.
 const LISTED: usize = 300;
@@ -50,16 +50,14 @@ impl App {
         ui.heading("Lights");
         let ids: Vec<_> = open.document.ids().take(LISTED + 1).collect();
         for &id in ids.iter().take(LISTED) {
-            let name = open.document.name(id);
-            let name = if name.is_empty() { "light" } else { name };
+            let polygon = open.document.polygons_of(id).next();
+            let polygon = polygon.and_then(|i| open.document.scene().polygon_lights.get(i));
+            let name = polygon.map_or("", |polygon| polygon.name.as_str());
+            let name = if name.is_empty() { "light" } else { name }.to_owned();
             let response = ui.selectable_label(open.selected == Some(id), name);
             if response.clicked() {
                 open.selected = Some(id);
                 self.hands.vertex = None;
-            }
-            if response.double_clicked() {
-                // Seen from where it is.
-                open.frame_selected = true;
             }
         }
         if ids.len() > LISTED {
@@ -114,7 +112,7 @@ impl App {
             ui.label("Image");
             ui.horizontal(|ui| match &light.picture {
                 Some(picture) => {
-                    ui.label(picture.name());
+                    ui.label(picture_name(picture));
                     if ui.button("Remove").on_hover_text("One colour instead of the image").clicked() {
                         new = light.without_picture();
                     }
@@ -168,26 +166,28 @@ fn strength(ui: &mut Ui, light: &mut Light) {
     color = Vec3::from(rgb);
     ui.end_row();
     ui.label("Radiance");
-    let drag = DragValue::new(&mut strength).speed(f64::from(strength.max(0.01)) * 0.01).range(0.0..=1e9);
+    let speed = f64::from(strength.max(0.01)) * 0.01;
+    let drag = DragValue::new(&mut strength).speed(speed).range(0.0..=1e9);
     let is_strength_changed = ui
         .add(drag)
         .on_hover_text("Of the strongest channel: W m⁻² sr⁻¹, or nits, which glTF means by it")
         .changed();
     ui.end_row();
     if is_strength_changed || color != before {
-        light.radiance = flux::radiance(color, strength);
+        light.radiance = color * strength;
     }
     ui.label("Luminance");
     ui.label(format!("{} nits", number(flux::luminance(light.radiance))));
     ui.end_row();
     ui.label("Lumens");
-    let mut lumens = flux::lumens(light);
-    let drag = DragValue::new(&mut lumens).speed(lumens.max(0.01) * 0.01).range(0.0..=1e12);
+    let mut lumens = light.lumens();
+    let speed = lumens.max(0.01) * 0.01;
+    let drag = DragValue::new(&mut lumens).speed(speed).range(0.0..=1e12);
     let help = "All light that leaves it: π times area times luminance, twice that if two-sided";
     if ui.add(drag).on_hover_text(help).changed()
-        && let Some(radiance) = flux::radiance_of_lumens(light, lumens)
+        && let Some(new) = light.with_lumens(lumens)
     {
-        light.radiance = radiance;
+        *light = new;
     }
     ui.end_row();
 }
@@ -217,6 +217,13 @@ fn place(ui: &mut Ui, light: &mut Light) {
         }
     });
     ui.end_row();
+}
+
+fn picture_name(picture: &LightPicture) -> String {
+    match &picture.image {
+        PictureImage::Scene(_) => "of the scene".to_owned(),
+        PictureImage::File(file) => file.name.clone(),
+    }
 }
 
 /// Four digits.

@@ -70,7 +70,7 @@ impl Messages {
         if let Some(left) = next {
             ui.ctx().request_repaint_after_secs(left.max(0.01) as f32);
         }
-        egui::Area::new(egui::Id::new("messages"))
+        egui::Area::new(egui::Id::unique("messages"))
             .pivot(Align2::LEFT_BOTTOM)
             .fixed_pos(rect.left_bottom() + egui::vec2(10.0, -10.0))
             .show(ui.ctx(), |ui| {

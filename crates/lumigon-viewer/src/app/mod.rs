@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use egui::{Pos2, Rect, Ui};
-use lumigon_renderer::{Gpu, GpuError};
+use lumigon_renderer::{Gpu, GpuError, GltfSource, Scene};
 
 use crate::document::{Document, LightId};
 use crate::loading::{Loaded, Loading};
@@ -45,9 +45,9 @@ pub(crate) struct Surroundings<'a> {
 pub(crate) struct Open {
     /// The file; none for the gallery.
     path: Option<PathBuf>,
-    source: Arc<lumigon_renderer::GltfSource>,
+    source: Arc<GltfSource>,
     /// As it was loaded, which saving compares with.
-    original: Arc<lumigon_renderer::Scene>,
+    original: Arc<Scene>,
     document: Document<Settings>,
     navigation: Navigation,
     /// Index of the file's camera that was last looked through.
@@ -57,6 +57,8 @@ pub(crate) struct Open {
     /// The document's version that recovery knows.
     kept_version: u64,
     selected: Option<LightId>,
+    /// Settings are being changed, as one step.
+    holds_settings: bool,
 }
 
 /// The window's state.
@@ -81,9 +83,15 @@ pub(crate) struct App {
     /// The letter that a new letter light shows.
     letter: char,
     wants_to_close: bool,
+    /// The window is to close once nothing can be lost.
+    is_leaving: bool,
     /// What is unsaved may be lost: the user said so.
     may_lose: bool,
     images: Option<editing::ImagesAtWork>,
+    /// Where the pointer was on the picture.
+    pointer: Option<Pos2>,
+    /// A number of the selected light is being changed, as one step.
+    holds_value: bool,
 }
 
 impl App {
@@ -105,8 +113,11 @@ impl App {
             has_hovered_file: false,
             letter: 'A',
             wants_to_close: false,
+            is_leaving: false,
             may_lose: false,
             images: None,
+            pointer: None,
+            holds_value: false,
         };
         this.load(options.scene.clone());
         this
@@ -178,6 +189,7 @@ impl App {
             display,
             recovery,
             selected: None,
+            holds_settings: false,
         });
     }
 
@@ -196,6 +208,11 @@ impl App {
         self.overlays(ui);
         self.show_dialog(ui);
         self.after_edits();
+        if let Some(open) = &self.open
+            && open.display.has_drawn
+        {
+            self.numbers.push(open.display.times);
+        }
     }
 
     /// While the right button is held, letters fly.
@@ -265,6 +282,7 @@ impl App {
             return true;
         }
         self.next = None;
+        self.is_leaving = true;
         self.dialog = Some(Dialog::Unsaved);
         false
     }

@@ -60,7 +60,7 @@ impl App {
             };
             ui.label(open.display.status());
             ui.separator();
-            let lights = open.document.lights_count();
+            let lights = open.document.scene().polygon_lights.len();
             ui.label(format!("{lights} lights"));
             if let Some(convergence) = open.display.convergence() {
                 ui.separator();
@@ -88,14 +88,14 @@ impl App {
             let text = format!("Loading {what}: {}", loading.phase());
             let painter = ui.ctx().layer_painter(egui::LayerId::new(
                 egui::Order::Foreground,
-                egui::Id::new("loading"),
+                egui::Id::unique("loading"),
             ));
             label(&painter, rect.center(), egui::Align2::CENTER_CENTER, &text);
         }
         if self.has_hovered_file {
             let painter = ui.ctx().layer_painter(egui::LayerId::new(
                 egui::Order::Foreground,
-                egui::Id::new("drop"),
+                egui::Id::unique("drop"),
             ));
             let text = "Drop a scene to open it, or an image onto a light";
             label(&painter, rect.center_bottom() - egui::vec2(0.0, 40.0), egui::Align2::CENTER_CENTER, text);

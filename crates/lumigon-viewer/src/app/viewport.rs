@@ -21,8 +21,8 @@ impl App {
         if rect.width() < 2.0 || rect.height() < 2.0 {
             return;
         }
-        let response = ui.interact(rect, ui.id().with("picture"), Sense::click_and_drag());
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, true, "Picture"));
+        let response = ui.interact(rect, ui.scope_id().with("picture"), Sense::click_and_drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, "Picture"));
         self.picture_rect = rect;
         let aspect = rect.width() / rect.height();
         self.navigate(ui, &response, aspect);
@@ -178,8 +178,8 @@ impl App {
             Pos2::new(x, rect.center().y),
             egui::vec2(DIVIDER, rect.height()),
         );
-        let response = ui.interact(strip, ui.id().with("divider"), Sense::drag());
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Slider, true, "Divider"));
+        let response = ui.interact(strip, ui.scope_id().with("divider"), Sense::drag());
+        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, "Divider"));
         if response.dragged() {
             let x = (x + response.drag_delta().x - rect.min.x) / rect.width();
             self.divider = x.clamp(0.02, 0.98);

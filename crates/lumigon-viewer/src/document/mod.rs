@@ -3,12 +3,15 @@
 mod check;
 mod error;
 mod faces;
+pub mod flux;
 mod history;
 mod images;
+mod letter;
 mod light;
 pub mod outline;
 mod patch;
 mod picture;
+mod presets;
 mod reading;
 mod surface;
 
@@ -23,12 +26,10 @@ pub use error::EditError;
 pub use images::{FinishedImages, ImageJob};
 pub use light::{Light, LightId, plane_frame};
 pub use picture::{LightPicture, PictureFile, PictureFit, PictureImage};
+pub use presets::{Preset, PresetError};
 
 use history::{History, Step};
 use patch::{Entry, Patch, Polygons, polygon_range};
-
-/// Cells along a side of a light's picture while it is being changed.
-const COARSE_SIDE: u32 = 64;
 
 /// A scene, its lights, settings that are undone along with them, and the history of all that.
 ///
@@ -296,8 +297,8 @@ impl<S: Clone + PartialEq> Document<S> {
         self.version
     }
 
-    /// Makes a light what is given. A light of the file gets a mesh and a material of its own. In a
-    /// gesture, pictures are coarse until [`Document::finish_images`].
+    /// Makes a light what is given. A light of the file gets a mesh and a material of its own. Its
+    /// picture is coarse until [`Document::finish_images`].
     ///
     /// # Errors
     /// Where it is no light: the document stays as it is.
@@ -485,23 +486,18 @@ impl<S: Clone + PartialEq> Document<S> {
 
         let mut scene = Scene::clone(&self.scene);
         patch.change_parts(&mut scene);
-        let is_coarse = self.gesture.is_some() && images::is_slow(&scene, mesh);
-        let limits = if is_coarse {
-            Limits {
-                light_image_side: self.limits.light_image_side.min(COARSE_SIDE),
-                ..self.limits
-            }
-        } else {
-            self.limits
-        };
-        let (list, _) = scene.lights_of_mesh(mesh, &limits);
+        let quick = images::is_slow(&scene, mesh)
+            .then(|| images::coarse(&scene, mesh, &light))
+            .flatten();
+        let finished = quick.is_none();
+        let list = quick.unwrap_or_else(|| scene.lights_of_mesh(mesh, &self.limits).0);
         let shines = light.radiance.max_element() > 0.0;
         if list.is_empty() && shines && scene.meshes[mesh].triangles.is_empty() {
             return Err(EditError::Vanishes);
         }
         let polygons = Polygons {
             list: list.into(),
-            finished: !is_coarse,
+            finished,
         };
         patch.polygons.insert(mesh, polygons);
         patch.change_polygons(&mut scene);
@@ -620,5 +616,7 @@ impl<S: Clone + PartialEq> Document<S> {
     }
 }
 
+#[cfg(test)]
+mod properties;
 #[cfg(test)]
 mod tests;

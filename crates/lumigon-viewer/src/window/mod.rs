@@ -306,9 +306,8 @@ impl Viewer {
                     found.map(|(_, at)| *at)
                 },
             };
-            let (events, modifiers, asked) = replay.frame(&standing)?;
+            let (events, asked) = replay.frame(&standing)?;
             raw.events = events;
-            raw.modifiers = modifiers;
             raw.focused = true;
             self.time += FRAME;
             raw.time = Some(self.time);
@@ -318,7 +317,7 @@ impl Viewer {
             self.dropped.push(path.clone());
         }
         if let Some(recording) = &mut self.recording {
-            recording.frame(&raw.events, raw.modifiers, &self.dropped);
+            recording.frame(&raw.events, &self.dropped);
         }
         if let Some(Demand::Resize(size)) = &demand {
             let size = winit::dpi::LogicalSize::new(size.x, size.y);
@@ -349,7 +348,7 @@ impl Viewer {
         shown
             .input
             .handle_platform_output(&shown.window, output.platform_output);
-        let drawn = Drawn {
+        let mut drawn = Drawn {
             primitives: context.tessellate(output.shapes, output.pixels_per_point),
             textures: output.textures_delta,
             pixels_per_point: output.pixels_per_point,
@@ -365,7 +364,10 @@ impl Viewer {
             _ if is_over => self.options.screenshot.clone(),
             _ => None,
         };
-        match shown.painter.paint(&drawn, screenshot.is_some()) {
+        let painted = shown.painter.paint(&drawn, screenshot.is_some());
+        // What a lost device did not take, the next one gets anew.
+        drawn.textures.clear();
+        match painted {
             Ok(image) => {
                 shown.failures = 0;
                 if let (Some(path), Some(image)) = (screenshot, image) {

@@ -93,7 +93,7 @@ impl Painter {
             size_in_pixels: size,
             pixels_per_point: drawn.pixels_per_point,
         };
-        for (id, deltas) in drawn.textures.sorted_set() {
+        for (id, deltas) in &drawn.textures.set {
             for delta in deltas {
                 self.renderer.update_texture(&device, &queue, *id, delta);
             }
