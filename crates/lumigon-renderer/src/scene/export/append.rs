@@ -1,6 +1,6 @@
 //! New meshes, each with a node of its own.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3, Vec4};
 use serde_json::{Map, Value, json};
 
 use super::{
@@ -61,12 +61,12 @@ pub(super) fn mesh(
             let none = std::iter::repeat_n([0.0; 2], mesh.positions.len());
             document.attribute(none.collect::<Vec<_>>().into_iter(), false)?
         } else {
-            document.attribute(set.iter().map(|uv| uv.to_array()), false)?
+            document.attribute(set.iter().map(Vec2::to_array), false)?
         };
         attribute(&format!("TEXCOORD_{i}"), texcoords);
     }
     if !mesh.colors.is_empty() {
-        let colors = mesh.colors.iter().map(|c| c.to_array());
+        let colors = mesh.colors.iter().map(Vec4::to_array);
         attribute("COLOR_0", document.attribute(colors, false)?);
     }
     let indices = document.indices(&mesh.triangles, mesh.positions.len())?;

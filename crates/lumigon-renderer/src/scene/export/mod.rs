@@ -123,10 +123,10 @@ impl GltfSource {
 }
 
 /// An object of the document, or an error that names its place.
-fn object<'v>(
-    value: Option<&'v mut Value>,
+fn object(
+    value: Option<&mut Value>,
     place: impl FnOnce() -> String,
-) -> Result<&'v mut Map<String, Value>, SaveError> {
+) -> Result<&mut Map<String, Value>, SaveError> {
     value
         .and_then(Value::as_object_mut)
         .ok_or_else(|| SaveError::File {
