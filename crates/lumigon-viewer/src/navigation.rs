@@ -166,7 +166,8 @@ impl Navigation {
     /// Forward, right and up, in metres a second times the scene's size.
     pub(crate) fn fly(&mut self, direction: Vec3, seconds: f32, fast: bool) {
         let speed = self.extent * if fast { 2.0 } else { 0.5 };
-        let along = self.right() * direction.x + Vec3::Y * direction.y + self.forward() * direction.z;
+        let along =
+            self.right() * direction.x + Vec3::Y * direction.y + self.forward() * direction.z;
         self.shift(along * speed * seconds.min(0.1));
     }
 
@@ -206,10 +207,7 @@ impl Navigation {
 
 /// As [`Navigation::project`]: the inverse of [`Camera::ray`].
 pub(crate) fn project(camera: &Camera, point: Vec3, aspect: f32) -> Option<(Vec2, f32)> {
-    let local = camera
-        .world_from_camera
-        .inverse()
-        .transform_point3(point);
+    let local = camera.world_from_camera.inverse().transform_point3(point);
     let ndc = match camera.projection {
         Projection::Perspective {
             yfov,
@@ -285,7 +283,10 @@ mod tests {
         let target = view.target;
         view.pan(Vec2::new(0.25, 0.1), 1.6);
         let (place, _) = view.project(target, 1.6).unwrap();
-        assert!((place - Vec2::new(0.5 + 0.25 / 1.6, 0.6)).length() < 1e-3, "{place}");
+        assert!(
+            (place - Vec2::new(0.5 + 0.25 / 1.6, 0.6)).length() < 1e-3,
+            "{place}"
+        );
     }
 
     #[test]

@@ -286,7 +286,8 @@ impl Replay {
     }
 
     fn tell_modifiers(&mut self, modifiers: Modifiers) {
-        self.frames.push_back(vec![Event::ModifiersChanged(modifiers)]);
+        self.frames
+            .push_back(vec![Event::ModifiersChanged(modifiers)]);
     }
 
     fn go(&mut self, to: Pos2) {
@@ -417,9 +418,7 @@ fn modifier(name: &str) -> Result<Modifiers, String> {
         "Shift" => Ok(Modifiers::SHIFT),
         "Alt" => Ok(Modifiers::ALT),
         "Ctrl" => Ok(Modifiers::CTRL | Modifiers::COMMAND),
-        other => Err(format!(
-            "{other} is no modifier: use Shift, Alt or Ctrl"
-        )),
+        other => Err(format!("{other} is no modifier: use Shift, Alt or Ctrl")),
     }
 }
 
@@ -515,7 +514,9 @@ impl Recording {
 
     /// Writes it, whole or not at all.
     pub(crate) fn save(&self, path: &Path) -> std::io::Result<()> {
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = path
+            .parent()
+            .filter(|folder| !folder.as_os_str().is_empty());
         let mut file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
         std::io::Write::write_all(&mut file, self.text.as_bytes())?;
         file.persist(path)?;
@@ -543,14 +544,18 @@ mod tests {
     #[test]
     fn a_drag_goes_from_what_is_named_by_what_is_said() {
         let all = events("# moves it\ndrag \"there\" 30 -6\n");
-        assert_eq!(all.first(), Some(&Event::PointerMoved(Pos2::new(10.0, 20.0))));
+        assert_eq!(
+            all.first(),
+            Some(&Event::PointerMoved(Pos2::new(10.0, 20.0)))
+        );
         let last = all.iter().rev().find_map(|event| match event {
             Event::PointerMoved(at) => Some(*at),
             _ => None,
         });
         assert_eq!(last, Some(Pos2::new(40.0, 14.0)));
         let pressed = |down: bool| {
-            let of = |e: &&Event| matches!(e, Event::PointerButton { pressed, .. } if *pressed == down);
+            let of =
+                |e: &&Event| matches!(e, Event::PointerButton { pressed, .. } if *pressed == down);
             all.iter().filter(of).count()
         };
         assert_eq!((pressed(true), pressed(false)), (1, 1));
@@ -594,7 +599,9 @@ mod tests {
             ("resize 0 5", "at least one point"),
             ("wait -1", "not a number of frames"),
         ] {
-            let fault = Replay::parse(text, Path::new("test")).unwrap_err().to_string();
+            let fault = Replay::parse(text, Path::new("test"))
+                .unwrap_err()
+                .to_string();
             assert!(fault.contains(expected), "{text}: {fault}");
         }
     }

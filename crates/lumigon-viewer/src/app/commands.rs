@@ -128,7 +128,7 @@ pub(crate) const COMMANDS: [Entry; 40] = [
     entry(Command::Brighter, Group::View, "Brighter", NONE, Key::CloseBracket, "A third of a stop more exposure"),
     entry(Command::Darker, Group::View, "Darker", NONE, Key::OpenBracket, "A third of a stop less exposure"),
     entry(Command::NextToneMap, Group::View, "Next tone map", NONE, Key::T, "How radiance becomes what the display can show"),
-    entry(Command::Panels, Group::View, "Panels", NONE, Key::Tab, "Show or hide the panels"),
+    entry(Command::Panels, Group::View, "Panels", NONE, Key::F4, "Show or hide the panels"),
     entry(Command::Timings, Group::View, "Frame times", NONE, Key::G, "A graph of what each part of a frame takes"),
     entry(Command::Help, Group::View, "Keys", NONE, Key::F1, "This list"),
     entry(Command::Shape, Group::Light, "Shape", NONE, Key::V, "Drag the selected light's vertices in its plane"),
@@ -200,10 +200,7 @@ mod tests {
             repeat: false,
             modifiers,
         };
-        for (modifiers, expected) in [
-            (COMMAND, Command::Undo),
-            (COMMAND_SHIFT, Command::Redo),
-        ] {
+        for (modifiers, expected) in [(COMMAND, Command::Undo), (COMMAND_SHIFT, Command::Redo)] {
             let input = egui::RawInput {
                 modifiers,
                 events: vec![key(modifiers)],

@@ -78,7 +78,9 @@ impl App {
                         ui.label("The scene has changes that are not saved.");
                         ui.horizontal(|ui| {
                             let save = ui.button("Save").on_hover_text("Save, then go on");
-                            let lose = ui.button("Do not save").on_hover_text("The changes are lost");
+                            let lose = ui
+                                .button("Do not save")
+                                .on_hover_text("The changes are lost");
                             let stay = ui.button("Stay").on_hover_text("Back to the scene");
                             if save.clicked() {
                                 Some(Answer::SaveAndGo)
@@ -121,7 +123,10 @@ impl App {
 
     fn decide(&mut self, answer: Answer, dialog: Option<Dialog>, context: &egui::Context) {
         match answer {
-            Answer::Close => self.next = None,
+            Answer::Close => {
+                self.next = None;
+                self.is_leaving = false;
+            }
             Answer::Open(path) => self.open_scene(path),
             Answer::SaveAs(path) => {
                 self.save(path);
@@ -134,6 +139,9 @@ impl App {
             }
             Answer::LoseAndGo => {
                 self.may_lose = true;
+                if let Some(open) = &mut self.open {
+                    open.recovery.forget();
+                }
                 self.go_on();
             }
             Answer::Recover(file) => self.recover(&file),
@@ -185,28 +193,40 @@ fn path_row(ui: &mut Ui, path: &mut String, verb: &str, extensions: &[&str]) -> 
         .map(|entry| entry.path())
         .map(|path| (path.is_dir(), path))
         .filter(|(is_folder, path)| {
-            let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
-            let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+            let extension = path
+                .extension()
+                .and_then(|e| e.to_str())
+                .unwrap_or_default();
+            let hidden = path
+                .file_name()
+                .is_some_and(|name| name.to_string_lossy().starts_with('.'));
             !hidden && (*is_folder || extensions.contains(&extension.to_ascii_lowercase().as_str()))
         })
         .take(LISTED)
         .collect();
     entries.sort_by(|(a, x), (b, y)| b.cmp(a).then_with(|| x.cmp(y)));
-    egui::ScrollArea::vertical().max_height(220.0).show(ui, |ui| {
-        if let Some(up) = folder.and_then(|folder| folder.canonicalize().ok()?.parent().map(PathBuf::from))
-            && ui.selectable_label(false, "..").clicked()
-        {
-            *path = format!("{}/", up.display());
-        }
-        for (is_folder, entry) in &entries {
-            let name = entry.file_name().unwrap_or_default().to_string_lossy();
-            let name = if *is_folder { format!("{name}/") } else { name.into_owned() };
-            if ui.selectable_label(false, name).clicked() {
-                let end = if *is_folder { "/" } else { "" };
-                *path = format!("{}{end}", entry.display());
+    egui::ScrollArea::vertical()
+        .max_height(220.0)
+        .show(ui, |ui| {
+            if let Some(up) =
+                folder.and_then(|folder| folder.canonicalize().ok()?.parent().map(PathBuf::from))
+                && ui.selectable_label(false, "..").clicked()
+            {
+                *path = format!("{}/", up.display());
             }
-        }
-    });
+            for (is_folder, entry) in &entries {
+                let name = entry.file_name().unwrap_or_default().to_string_lossy();
+                let name = if *is_folder {
+                    format!("{name}/")
+                } else {
+                    name.into_owned()
+                };
+                if ui.selectable_label(false, name).clicked() {
+                    let end = if *is_folder { "/" } else { "" };
+                    *path = format!("{}{end}", entry.display());
+                }
+            }
+        });
     let is_ready = !typed.as_os_str().is_empty() && !typed.is_dir();
     let entered = ui.input(|input| input.key_pressed(egui::Key::Enter));
     let button = ui.add_enabled(is_ready, egui::Button::new(verb));

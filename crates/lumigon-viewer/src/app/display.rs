@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use glam::Vec2;
 use lumigon_renderer::{
-    BounceCenters, BounceSettings, Camera, CpuRenderer, DisplaySettings, Gpu, GpuRenderer, PickedSurface, PictureError,
-    PictureFormat, Pixels, Probe, ReferenceSettings, RenderError, RenderSettings, Scene, ToneMap,
-    VirtualLights, Watch, srgb8, write_exr, write_png,
+    BounceCenters, BounceSettings, Camera, CpuRenderer, DisplaySettings, Gpu, GpuRenderer,
+    PickedSurface, PictureError, PictureFormat, Pixels, Probe, ReferenceSettings, RenderError,
+    RenderSettings, Scene, ToneMap, VirtualLights, Watch, srgb8, write_exr, write_png,
 };
 
 use super::Surroundings;
@@ -103,7 +103,13 @@ impl Shot {
         self.set(context, side, size, image);
     }
 
-    fn set(&mut self, context: &egui::Context, side: usize, size: [u32; 2], image: egui::ColorImage) {
+    fn set(
+        &mut self,
+        context: &egui::Context,
+        side: usize,
+        size: [u32; 2],
+        image: egui::ColorImage,
+    ) {
         let options = egui::TextureOptions::LINEAR;
         match &mut self.texture {
             Some(texture) => texture.set(image, options),
@@ -331,7 +337,10 @@ impl Display {
         }
         let edits = start.elapsed().as_secs_f64() * 1e3;
         let settings = wish.settings;
-        let sides = settings.shown().iter().map(|side| (side.content, side.look.clone()));
+        let sides = settings
+            .shown()
+            .iter()
+            .map(|side| (side.content, side.look.clone()));
         let key = Key {
             camera: wish.camera.clone(),
             size: wish.size,
@@ -392,13 +401,19 @@ impl Display {
         self.times = FrameTimes::default();
         let on_gpu = self.gpu.is_some();
         let is_fast = on_gpu && !self.is_software;
-        let size = if is_fast { wish.size } else { self.quick_size(wish) };
+        let size = if is_fast {
+            wish.size
+        } else {
+            self.quick_size(wish)
+        };
         self.times.size = size;
         let start = Instant::now();
         for (i, side) in wish.settings.shown().iter().enumerate() {
             if side.content == Content::LightCounts {
                 let settings = side.look.render_settings(size, 1);
-                let counts = self.cpu.light_counts(wish.camera, &settings, Watch::none())?;
+                let counts = self
+                    .cpu
+                    .light_counts(wish.camera, &settings, Watch::none())?;
                 let (colors, scale) = false_color::light_counts(&counts);
                 let image = egui::ColorImage::new(size.map(|side| side as usize), colors);
                 self.shots[i].set(context, i, size, image);
@@ -415,20 +430,32 @@ impl Display {
         }
         if on_gpu && self.is_software {
             // Its time is the processor's: wait, to know it.
-            _ = surroundings.gpu.device().poll(wgpu::PollType::wait_indefinitely());
+            _ = surroundings
+                .gpu
+                .device()
+                .poll(wgpu::PollType::wait_indefinitely());
         }
         if !is_fast {
-            let pixels = f64::from(size[0]) * f64::from(size[1]) * wish.settings.shown().len() as f64;
+            let pixels =
+                f64::from(size[0]) * f64::from(size[1]) * wish.settings.shown().len() as f64;
             let measured = start.elapsed().as_secs_f64() / pixels;
             // Slow at once, fast again with care.
-            let share = if measured > self.seconds_a_pixel { 0.7 } else { 0.25 };
+            let share = if measured > self.seconds_a_pixel {
+                0.7
+            } else {
+                0.25
+            };
             self.seconds_a_pixel += share * (measured - self.seconds_a_pixel);
         }
         Ok(())
     }
 
     /// Virtual lights for a look.
-    fn virtual_lights(&mut self, camera: &Camera, look: &Look) -> Result<VirtualLights, RenderError> {
+    fn virtual_lights(
+        &mut self,
+        camera: &Camera,
+        look: &Look,
+    ) -> Result<VirtualLights, RenderError> {
         let Some(bounce) = &look.bounce else {
             return Ok(VirtualLights::default());
         };
@@ -496,7 +523,9 @@ impl Display {
         };
         let shot = &mut self.shots[i];
         let device = surroundings.gpu.device();
-        let fits = |(texture, _): &(wgpu::Texture, egui::TextureId)| [texture.width(), texture.height()] == size;
+        let fits = |(texture, _): &(wgpu::Texture, egui::TextureId)| {
+            [texture.width(), texture.height()] == size
+        };
         if !shot.native.as_ref().is_some_and(fits) {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("picture"),
@@ -523,7 +552,9 @@ impl Display {
                         .update_egui_texture_from_wgpu_texture(device, &view, filter, id);
                     id
                 }
-                None => surroundings.interface.register_native_texture(device, &view, filter),
+                None => surroundings
+                    .interface
+                    .register_native_texture(device, &view, filter),
             };
             shot.native = Some((texture, id));
         }
@@ -572,7 +603,10 @@ impl Display {
                 }
             }
             Some(Update::Reference(reference)) => {
-                let is_new = self.reference.as_ref().is_none_or(|old| old.paths != reference.paths);
+                let is_new = self
+                    .reference
+                    .as_ref()
+                    .is_none_or(|old| old.paths != reference.paths);
                 if is_new {
                     self.reference = Some(reference.clone());
                     self.show_reference(context, wish);
@@ -676,7 +710,8 @@ impl Display {
                 if self.is_software {
                     for i in 0..shown.len() {
                         if shown[i].content != Content::LightCounts
-                            && let Err(fault) = self.draw_native(surroundings, wish, i, wish.size, 1)
+                            && let Err(fault) =
+                                self.draw_native(surroundings, wish, i, wish.size, 1)
                         {
                             self.fault = Some(fault.to_string());
                         }
@@ -686,11 +721,17 @@ impl Display {
                 }
                 self.stage = Stage::Refined;
             } else {
-                let looks = shown.iter().filter(|side| side.content != Content::LightCounts);
+                let looks = shown
+                    .iter()
+                    .filter(|side| side.content != Content::LightCounts);
                 let looks: Vec<_> = looks
                     .map(|side| workers::Look {
                         settings: side.look.render_settings(wish.size, 1),
-                        bounce: side.look.bounce.clone().map(|bounce| self.at_centers(bounce)),
+                        bounce: side
+                            .look
+                            .bounce
+                            .clone()
+                            .map(|bounce| self.at_centers(bounce)),
                     })
                     .collect();
                 self.counts_in_full(context, wish);
@@ -758,12 +799,14 @@ impl Display {
         let shot = &self.shots[0];
         let [width, height] = key.size;
         let look = &settings.sides[0].look;
-        let is_there = self.stage > Stage::Quick && shot.size == key.size && !shot.picture.is_empty();
+        let is_there =
+            self.stage > Stage::Quick && shot.size == key.size && !shot.picture.is_empty();
         let picture = if is_there {
             Arc::clone(&shot.picture)
         } else {
             let bounce = look.bounce.as_ref();
-            let lights = bounce.map(|bounce| self.cpu.virtual_lights(&key.camera, bounce, Watch::none()));
+            let lights =
+                bounce.map(|bounce| self.cpu.virtual_lights(&key.camera, bounce, Watch::none()));
             let lights = lights.transpose()?.unwrap_or_default();
             let settings = look.render_settings(key.size, 4);
             let picture =
@@ -773,7 +816,14 @@ impl Display {
         };
         match PictureFormat::from_path(path)? {
             PictureFormat::Png => {
-                write_png(path, width, height, &picture, settings.exposure, settings.tone_map)?;
+                write_png(
+                    path,
+                    width,
+                    height,
+                    &picture,
+                    settings.exposure,
+                    settings.tone_map,
+                )?;
             }
             PictureFormat::Exr => write_exr(path, width, height, &picture)?,
         }

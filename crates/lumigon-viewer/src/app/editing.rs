@@ -1,8 +1,8 @@
 //! What commands do.
 
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use glam::{DVec2, Vec3};
 use lumigon_renderer::{CpuRenderer, Limits, ToneMap};
@@ -12,10 +12,11 @@ use super::dialogs::Dialog;
 use super::hands::Tool;
 use super::settings::{Content, Settings};
 use super::{App, Open};
-use crate::recovery::Edits;
 use crate::document::{
-    EditError, FinishedImages, Light, LightId, PictureFile, PictureFit, Preset, outline, plane_frame,
+    EditError, FinishedImages, Light, LightId, PictureFile, PictureFit, Preset, outline,
+    plane_frame,
 };
+use crate::recovery::Edits;
 
 /// Of a new light to the picture's height.
 const NEW_SIZE: f64 = 0.25;
@@ -29,7 +30,10 @@ impl App {
     /// Whether a command makes sense now.
     pub(super) fn can(&self, command: Command) -> bool {
         let Some(open) = &self.open else {
-            return matches!(command, Command::Open | Command::Help | Command::Quit | Command::Deselect);
+            return matches!(
+                command,
+                Command::Open | Command::Help | Command::Quit | Command::Deselect
+            );
         };
         match command {
             Command::Undo => open.document.can_undo().is_some(),
@@ -57,8 +61,12 @@ impl App {
         let aspect = self.picture_rect.width() / self.picture_rect.height().max(1.0);
         match command {
             Command::Open => {
-                let folder = self.open.as_ref().and_then(|open| open.path.as_deref()?.parent());
-                let text = folder.map_or_else(String::new, |folder| format!("{}/", folder.display()));
+                let folder = self
+                    .open
+                    .as_ref()
+                    .and_then(|open| open.path.as_deref()?.parent());
+                let text =
+                    folder.map_or_else(String::new, |folder| format!("{}/", folder.display()));
                 self.dialog = Some(Dialog::Open(text));
             }
             Command::Save => match self.open.as_ref().and_then(|open| open.path.clone()) {
@@ -97,7 +105,8 @@ impl App {
                 let is_done = pointer.is_some_and(|at| hands.insert_vertex(self, at, aspect));
                 self.hands = hands;
                 if !is_done {
-                    self.messages.notice("Point at an edge of the selected light to insert a vertex there");
+                    self.messages
+                        .notice("Point at an edge of the selected light to insert a vertex there");
                 }
             }
             Command::AddHole => {
@@ -152,7 +161,11 @@ impl App {
         let mut show = |content| {
             let side = usize::from(settings.is_split);
             let shown = &mut settings.sides[side].content;
-            *shown = if *shown == content { Content::Picture } else { content };
+            *shown = if *shown == content {
+                Content::Picture
+            } else {
+                content
+            };
         };
         let name = match command {
             Command::FrameAll => {
@@ -163,8 +176,15 @@ impl App {
             }
             Command::FrameLight => {
                 if let Some(light) = open.selected.and_then(|id| open.document.light(id)) {
-                    let points = light.loops.iter().flatten().map(|&p| light.to_world(p).as_vec3());
-                    let (low, high) = points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
+                    let points = light
+                        .loops
+                        .iter()
+                        .flatten()
+                        .map(|&p| light.to_world(p).as_vec3());
+                    let (low, high) = points
+                        .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(l, h), p| {
+                            (l.min(p), h.max(p))
+                        });
                     open.navigation.frame([low, high], aspect);
                 }
                 return;
@@ -207,12 +227,18 @@ impl App {
                 "lights per pixel"
             }
             Command::Brighter | Command::Darker => {
-                let step = if command == Command::Brighter { 1.0 } else { -1.0 };
+                let step = if command == Command::Brighter {
+                    1.0
+                } else {
+                    -1.0
+                };
                 settings.exposure = (settings.exposure + step / 3.0).clamp(-10.0, 10.0);
                 "exposure"
             }
             Command::NextToneMap => {
-                let place = ToneMap::ALL.iter().position(|&map| map == settings.tone_map);
+                let place = ToneMap::ALL
+                    .iter()
+                    .position(|&map| map == settings.tone_map);
                 settings.tone_map = ToneMap::ALL[(place.unwrap_or(0) + 1) % ToneMap::ALL.len()];
                 "tone map"
             }
@@ -240,7 +266,11 @@ impl App {
     fn file_name(&self, suffix: &str, extension: &str) -> String {
         let path = self.open.as_ref().and_then(|open| open.path.clone());
         let path = path.unwrap_or_else(|| PathBuf::from("gallery.glb"));
-        let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let stem = path
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
         let name = format!("{stem}-{suffix}.{extension}");
         path.with_file_name(name).display().to_string()
     }
@@ -293,7 +323,12 @@ impl App {
         }
         let at = pointer
             .and_then(|at| self.on_plane(&light, at, aspect))
-            .filter(|&at| light.loops.first().is_some_and(|outer| outline::contains(outer, at)))
+            .filter(|&at| {
+                light
+                    .loops
+                    .first()
+                    .is_some_and(|outer| outline::contains(outer, at))
+            })
             .unwrap_or_else(|| light.centroid());
         // As large as there is room, but for a rim.
         let Some((_, _, room)) = outline::nearest_edge(&light.loops, at) else {
@@ -301,9 +336,16 @@ impl App {
         };
         let half = room * 0.5;
         let corner = |x: f64, y: f64| at + DVec2::new(x, y) * half;
-        let hole = vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)];
+        let hole = vec![
+            corner(-1.0, -1.0),
+            corner(-1.0, 1.0),
+            corner(1.0, 1.0),
+            corner(1.0, -1.0),
+        ];
         let hole = hole.into_iter().map(|p| at + (p - at) * 0.7).collect();
-        if outline::add_hole(&mut light.loops, hole).is_some() && self.change("cut a hole", id, light) {
+        if outline::add_hole(&mut light.loops, hole).is_some()
+            && self.change("cut a hole", id, light)
+        {
             self.hands.tool = Tool::Shape;
         }
     }
@@ -343,7 +385,10 @@ impl App {
         };
         open.document.begin("duplicate light");
         let result = open.document.duplicate(id).and_then(|copy| {
-            let moved = open.document.light(copy).map(|light| light.moved(light.world_from_plane.matrix3.x_axis * by));
+            let moved = open
+                .document
+                .light(copy)
+                .map(|light| light.moved(light.world_from_plane.matrix3.x_axis * by));
             match moved {
                 Some(light) => open.document.set_light(copy, light).map(|()| copy),
                 None => Ok(copy),
@@ -403,7 +448,8 @@ impl App {
             Ok(file) => {
                 let light = light.with_picture(&file, PictureFit::Stretched);
                 if self.change("image on light", id, light) {
-                    self.messages.notice(format!("{} shines from the light", path.display()));
+                    self.messages
+                        .notice(format!("{} shines from the light", path.display()));
                 }
                 if let Some(open) = &mut self.open {
                     open.selected = Some(id);
@@ -487,7 +533,8 @@ impl App {
                 self.images = None;
             }
             Err(TryRecvError::Disconnected) => {
-                self.messages.error("An image could not be filtered: the light shows a coarse one");
+                self.messages
+                    .error("An image could not be filtered: the light shows a coarse one");
                 self.images = None;
             }
             Err(TryRecvError::Empty) => {}
@@ -537,7 +584,10 @@ impl Open {
 /// Radiance for a new light: what the others have in the middle, or 10.
 fn typical_radiance(open: &Open) -> Vec3 {
     let lights = &open.document.scene().polygon_lights;
-    let mut strengths: Vec<f32> = lights.iter().map(|light| light.radiance.max_element()).collect();
+    let mut strengths: Vec<f32> = lights
+        .iter()
+        .map(|light| light.radiance.max_element())
+        .collect();
     if strengths.is_empty() {
         return Vec3::splat(10.0);
     }

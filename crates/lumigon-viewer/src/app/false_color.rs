@@ -41,7 +41,10 @@ fn round_up(value: f32) -> f32 {
     let power = 10.0_f32.powf(value.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0];
     let found = steps.into_iter().map(|step| step * power);
-    found.into_iter().find(|&step| step >= value * 0.999_99).unwrap_or(value)
+    found
+        .into_iter()
+        .find(|&step| step >= value * 0.999_99)
+        .unwrap_or(value)
 }
 
 /// A picture's luminance less the truth's. The scale ends at half of the luminance that 95 % of the
@@ -81,9 +84,14 @@ pub(crate) fn error(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> (Vec<Color3
 pub(crate) fn noise(errors: &[[f32; 3]], reference: &[[f32; 3]]) -> (Vec<Color32>, Scale) {
     let scale = Scale {
         title: "standard error over luminance",
-        ticks: [(0.0, "0.1 %"), (1.0 / 3.0, "1 %"), (2.0 / 3.0, "10 %"), (1.0, "100 %")]
-            .map(|(place, text)| (place, text.to_owned()))
-            .to_vec(),
+        ticks: [
+            (0.0, "0.1 %"),
+            (1.0 / 3.0, "1 %"),
+            (2.0 / 3.0, "10 %"),
+            (1.0, "100 %"),
+        ]
+        .map(|(place, text)| (place, text.to_owned()))
+        .to_vec(),
         gradient: Gradient::Heat,
     };
     let color = |(&e, &r): (&[f32; 3], &[f32; 3])| {
@@ -104,7 +112,11 @@ pub(crate) fn noise(errors: &[[f32; 3]], reference: &[[f32; 3]]) -> (Vec<Color32
 pub(crate) fn light_counts(counts: &[u32]) -> (Vec<Color32>, Scale) {
     let most = counts.iter().copied().max().unwrap_or(0).max(1);
     let tick = |share: f32| (share, format!("{:.0}", share * most as f32));
-    let shares: &[f32] = if most < 4 { &[0.0, 1.0] } else { &[0.0, 0.5, 1.0] };
+    let shares: &[f32] = if most < 4 {
+        &[0.0, 1.0]
+    } else {
+        &[0.0, 0.5, 1.0]
+    };
     let scale = Scale {
         title: "lights per pixel",
         ticks: shares.iter().copied().map(tick).collect(),
@@ -139,7 +151,10 @@ mod tests {
     #[test]
     fn counts_reach_from_end_to_end() {
         let (colors, scale) = light_counts(&[0, 2, 4]);
-        assert_eq!(colors, [scale.color(0.0), scale.color(0.5), scale.color(1.0)]);
+        assert_eq!(
+            colors,
+            [scale.color(0.0), scale.color(0.5), scale.color(1.0)]
+        );
         assert_eq!(scale.ticks[2].1, "4");
     }
 }

@@ -98,13 +98,20 @@ impl Hands {
             if !app.picture_rect.intersects(rect) {
                 continue;
             }
-            let response = ui.interact(rect, Id::unique(("light handle", id.index(), &name)), Sense::click_and_drag());
+            let response = ui.interact(
+                rect,
+                Id::unique(("light handle", id.index(), &name)),
+                Sense::click_and_drag(),
+            );
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, &name));
             self.respond(app, ui, &response, handle, id, &light, aspect);
         }
     }
 
-    #[allow(clippy::too_many_arguments, reason = "one caller, each a different thing")]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "one caller, each a different thing"
+    )]
     fn respond(
         &mut self,
         app: &mut App,
@@ -171,9 +178,13 @@ impl Hands {
                 if light.can_reshape().is_err() {
                     return handles;
                 }
-                let corners = light.loops.iter().enumerate().flat_map(|(loop_index, points)| {
-                    (0..points.len()).map(move |vertex| Corner { loop_index, vertex })
-                });
+                let corners = light
+                    .loops
+                    .iter()
+                    .enumerate()
+                    .flat_map(|(loop_index, points)| {
+                        (0..points.len()).map(move |vertex| Corner { loop_index, vertex })
+                    });
                 for (i, corner) in corners.take(MOST_HANDLES).enumerate() {
                     let point = light.to_world(light.loops[corner.loop_index][corner.vertex]);
                     if let Some(at) = window(point) {
@@ -268,19 +279,37 @@ impl Hands {
         let is_held = self.held.is_some();
         let alpha = if is_held { 150 } else { 255 };
         let color = Color32::from_rgba_unmultiplied(255, 190, 60, alpha);
-        outline_shape(app, &painter, &light, &light.loops, Stroke::new(1.5, color), aspect);
+        outline_shape(
+            app,
+            &painter,
+            &light,
+            &light.loops,
+            Stroke::new(1.5, color),
+            aspect,
+        );
         if let Some((loops, fault)) = &self.refused {
             let red = Color32::from_rgb(255, 70, 60);
             outline_shape(app, &painter, &light, loops, Stroke::new(1.5, red), aspect);
             if let OutlineFault::Crossing(edges) = fault {
                 for edge in edges {
                     if let Some([a, b]) = outline::edge(loops, *edge) {
-                        segment(app, &painter, [light.to_world(a), light.to_world(b)], Stroke::new(4.0, red), aspect);
+                        segment(
+                            app,
+                            &painter,
+                            [light.to_world(a), light.to_world(b)],
+                            Stroke::new(4.0, red),
+                            aspect,
+                        );
                     }
                 }
             }
             let at = app.picture_rect.center_top() + egui::vec2(0.0, 30.0);
-            label(&painter, at, Align2::CENTER_CENTER, &format!("Refused: {fault}"));
+            label(
+                &painter,
+                at,
+                Align2::CENTER_CENTER,
+                &format!("Refused: {fault}"),
+            );
         }
         let origin = light.world_from_plane.translation;
         let length = app.metres(origin, ARROW, aspect);
@@ -288,7 +317,13 @@ impl Hands {
             Tool::Move => {
                 for (direction, name) in arrows(&light) {
                     let stroke = Stroke::new(2.5, axis_color(name));
-                    segment(app, &painter, [origin, origin + direction * length], stroke, aspect);
+                    segment(
+                        app,
+                        &painter,
+                        [origin, origin + direction * length],
+                        stroke,
+                        aspect,
+                    );
                 }
             }
             Tool::Turn => {
@@ -319,7 +354,12 @@ impl Hands {
                 _ => Color32::from_gray(240),
             };
             let radius = if is_near || is_chosen { 6.0 } else { 4.5 };
-            painter.circle(at, radius, fill, Stroke::new(1.5, Color32::from_black_alpha(200)));
+            painter.circle(
+                at,
+                radius,
+                fill,
+                Stroke::new(1.5, Color32::from_black_alpha(200)),
+            );
         }
     }
 }
@@ -337,10 +377,22 @@ impl Handle {
 
 impl Held {
     /// The light as the pointer has it now; none where that cannot be said.
-    fn drag(&mut self, app: &App, response: &Response, aspect: f32, is_stepping: bool) -> Option<Light> {
+    fn drag(
+        &mut self,
+        app: &App,
+        response: &Response,
+        aspect: f32,
+        is_stepping: bool,
+    ) -> Option<Light> {
         let start = &self.start;
         let origin = start.world_from_plane.translation;
-        let stepped = |x: f64, step: f64| if is_stepping { (x / step).round() * step } else { x };
+        let stepped = |x: f64, step: f64| {
+            if is_stepping {
+                (x / step).round() * step
+            } else {
+                x
+            }
+        };
         // How far in the window something goes that goes along a direction of the world.
         let screen = |from: DVec3, direction: DVec3| -> Option<DVec2> {
             let small = app.metres(from, 4.0, aspect);
@@ -356,7 +408,8 @@ impl Held {
         };
         match self.handle {
             Handle::Vertex(corner) => {
-                let at = app.on_plane(start, response.interact_pointer_pos()?, aspect)? + self.offset;
+                let at =
+                    app.on_plane(start, response.interact_pointer_pos()?, aspect)? + self.offset;
                 let mut light = start.clone();
                 let to = DVec2::new(stepped(at.x, STEP), stepped(at.y, STEP));
                 outline::move_vertex(&mut light.loops, corner, to).then_some(light)
@@ -370,7 +423,8 @@ impl Held {
                 let here = origin + self.amount;
                 let metres = app.metres(here, 1.0, aspect);
                 let view = &app.open.as_ref()?.navigation;
-                self.amount += (view.right().as_dvec3() * drag.x - view.up().as_dvec3() * drag.y) * metres;
+                self.amount +=
+                    (view.right().as_dvec3() * drag.x - view.up().as_dvec3() * drag.y) * metres;
                 Some(start.moved(self.amount))
             }
             Handle::Around(axis) => {
@@ -381,15 +435,19 @@ impl Held {
                 let here = origin + arm * length;
                 let per_metre = screen(here, axis.cross(arm))?;
                 // Where the ring is seen from its edge, its far end is no guide.
-                let floor = DVec2::splat(0.2 / app.metres(here, 1.0, aspect)).length_squared() * 0.5;
-                self.amount.x += drag.dot(per_metre) / per_metre.length_squared().max(floor) / length;
+                let floor =
+                    DVec2::splat(0.2 / app.metres(here, 1.0, aspect)).length_squared() * 0.5;
+                self.amount.x +=
+                    drag.dot(per_metre) / per_metre.length_squared().max(floor) / length;
                 Some(start.turned(axis, stepped(self.amount.x, ANGLE_STEP)))
             }
             Handle::Size(sides) => {
                 let (_, high) = start.bounds();
                 let at = app.on_plane(start, response.interact_pointer_pos()?, aspect)?;
                 let factor = |i: usize| match (sides[i], high[i]) {
-                    (true, high) if high > 0.0 => stepped(at[i].max(high * 0.01), STEP).max(high * 0.01) / high,
+                    (true, high) if high > 0.0 => {
+                        stepped(at[i].max(high * 0.01), STEP).max(high * 0.01) / high
+                    }
                     _ => 1.0,
                 };
                 let (mut x, mut y) = (factor(0), factor(1));
@@ -416,7 +474,11 @@ fn arrows(light: &Light) -> [(DVec3, &'static str); 4] {
 /// The light's own axes.
 fn axes(light: &Light) -> [(DVec3, &'static str); 3] {
     let axes = light.world_from_plane.matrix3;
-    [(axes.x_axis, "x"), (axes.y_axis, "y"), (axes.z_axis, "normal")]
+    [
+        (axes.x_axis, "x"),
+        (axes.y_axis, "y"),
+        (axes.z_axis, "normal"),
+    ]
 }
 
 /// Where the handle of a ring about one of the light's axes begins.
@@ -449,7 +511,13 @@ fn outline_shape(
     for points in loops {
         for (i, &a) in points.iter().enumerate() {
             let b = points[(i + 1) % points.len()];
-            segment(app, painter, [a, b].map(|p| light.to_world(p)), stroke, aspect);
+            segment(
+                app,
+                painter,
+                [a, b].map(|p| light.to_world(p)),
+                stroke,
+                aspect,
+            );
         }
     }
 }
@@ -520,9 +588,15 @@ impl App {
         let view = &open.navigation;
         let up: Vec3 = view.up();
         let at = at.as_vec3();
-        let small = (at - Vec3::from(view.camera().world_from_camera.translation)).length().max(1e-3) * 1e-2;
+        let small = (at - Vec3::from(view.camera().world_from_camera.translation))
+            .length()
+            .max(1e-3)
+            * 1e-2;
         let height = self.picture_rect.height();
-        let seen = |point| view.project(point, aspect).map(|(place, _)| place.y * height);
+        let seen = |point| {
+            view.project(point, aspect)
+                .map(|(place, _)| place.y * height)
+        };
         match (seen(at), seen(at + up * small)) {
             (Some(a), Some(b)) if (a - b).abs() > 1e-6 => f64::from(small * points / (a - b).abs()),
             _ => f64::from(small),

@@ -25,7 +25,11 @@ impl App {
                 (Command::AddRing, "ring"),
                 (Command::AddLetter, "letter"),
             ] {
-                if ui.button(name).on_hover_text(command.entry().help).clicked() {
+                if ui
+                    .button(name)
+                    .on_hover_text(command.entry().help)
+                    .clicked()
+                {
                     run.push(command);
                 }
             }
@@ -71,7 +75,11 @@ impl App {
             return;
         };
         let mut new = light.clone();
-        ui.heading(if light.name.is_empty() { "Light" } else { &light.name });
+        ui.heading(if light.name.is_empty() {
+            "Light"
+        } else {
+            &light.name
+        });
         ui.horizontal_wrapped(|ui| {
             for (tool, command) in [
                 (Tool::Shape, Command::Shape),
@@ -95,7 +103,8 @@ impl App {
             ui.end_row();
             strength(ui, &mut new);
             ui.label("Two-sided");
-            ui.checkbox(&mut new.two_sided, "").on_hover_text("It emits from its back too (B)");
+            ui.checkbox(&mut new.two_sided, "")
+                .on_hover_text("It emits from its back too (B)");
             ui.end_row();
             place(ui, &mut new);
             ui.label("Area");
@@ -113,7 +122,11 @@ impl App {
             ui.horizontal(|ui| match &light.picture {
                 Some(picture) => {
                     ui.label(picture_name(picture));
-                    if ui.button("Remove").on_hover_text("One colour instead of the image").clicked() {
+                    if ui
+                        .button("Remove")
+                        .on_hover_text("One colour instead of the image")
+                        .clicked()
+                    {
                         new = light.without_picture();
                     }
                 }
@@ -162,7 +175,8 @@ fn strength(ui: &mut Ui, light: &mut Light) {
     ui.label("Colour");
     let before = color;
     let mut rgb = color.to_array();
-    ui.color_edit_button_rgb(&mut rgb).on_hover_text("Linear red, green and blue, the largest 1");
+    ui.color_edit_button_rgb(&mut rgb)
+        .on_hover_text("Linear red, green and blue, the largest 1");
     color = Vec3::from(rgb);
     ui.end_row();
     ui.label("Radiance");
@@ -210,9 +224,19 @@ fn place(ui: &mut Ui, light: &mut Light) {
     ui.horizontal(|ui| {
         for (axis, name) in [(axes.x_axis, "x"), (axes.y_axis, "y"), (axes.z_axis, "n")] {
             let mut degrees = 0.0;
-            let drag = DragValue::new(&mut degrees).prefix(format!("{name} ")).suffix("°").speed(0.5);
-            if ui.add(drag).on_hover_text("Drag to turn about this axis of the light").changed() {
-                *light = light.turned(DVec3::normalize_or(axis, DVec3::Z), f64::to_radians(degrees));
+            let drag = DragValue::new(&mut degrees)
+                .prefix(format!("{name} "))
+                .suffix("°")
+                .speed(0.5);
+            if ui
+                .add(drag)
+                .on_hover_text("Drag to turn about this axis of the light")
+                .changed()
+            {
+                *light = light.turned(
+                    DVec3::normalize_or(axis, DVec3::Z),
+                    f64::to_radians(degrees),
+                );
             }
         }
     });

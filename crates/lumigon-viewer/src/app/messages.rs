@@ -87,9 +87,10 @@ impl Messages {
                             if close.clicked() {
                                 closed = Some(i);
                             }
-                            ui.add(egui::Label::new(
-                                egui::RichText::new(&message.text).color(color),
-                            ).wrap());
+                            ui.add(
+                                egui::Label::new(egui::RichText::new(&message.text).color(color))
+                                    .wrap(),
+                            );
                         });
                     });
                 }

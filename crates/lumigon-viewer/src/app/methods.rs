@@ -24,8 +24,12 @@ impl App {
         let before = open.document.settings().clone();
         let mut settings = before.clone();
         ui.heading("Picture");
-        ui.add(Slider::new(&mut settings.exposure, -10.0..=10.0).text("stops").step_by(0.05))
-            .on_hover_text("Exposure: one stop more doubles the brightness ( [ and ] )");
+        ui.add(
+            Slider::new(&mut settings.exposure, -10.0..=10.0)
+                .text("stops")
+                .step_by(0.05),
+        )
+        .on_hover_text("Exposure: one stop more doubles the brightness ( [ and ] )");
         let tone_maps = ToneMap::ALL.map(|map| (map, map.name(), tone_map_help(map)));
         choice(ui, "Tone map", &mut settings.tone_map, &tone_maps);
         ui.checkbox(&mut settings.is_split, "Split view")
@@ -49,15 +53,29 @@ impl App {
         }
         ui.separator();
         ui.heading("Cameras");
-        if ui.button("Show all").on_hover_text("Move back until the whole scene is in view (Home)").clicked() {
+        if ui
+            .button("Show all")
+            .on_hover_text("Move back until the whole scene is in view (Home)")
+            .clicked()
+        {
             self.run(super::Command::FrameAll, ui.ctx());
         }
         let Some(open) = &mut self.open else {
             return;
         };
-        let names: Vec<String> = open.document.scene().cameras.iter().map(|camera| camera.name.clone()).collect();
+        let names: Vec<String> = open
+            .document
+            .scene()
+            .cameras
+            .iter()
+            .map(|camera| camera.name.clone())
+            .collect();
         for (i, name) in names.into_iter().enumerate() {
-            let name = if name.is_empty() { format!("camera {}", i + 1) } else { name };
+            let name = if name.is_empty() {
+                format!("camera {}", i + 1)
+            } else {
+                name
+            };
             if ui.selectable_label(open.camera == i, name).clicked() {
                 open.look_through(i);
             }
@@ -112,7 +130,11 @@ fn look_controls(ui: &mut Ui, look: &mut Look) {
             (taps(2), "2 x 2 taps", "Four taps"),
             (taps(3), "3 x 3 taps", "Nine taps"),
             (taps(4), "4 x 4 taps", "Sixteen taps"),
-            (ImageMethod::Lookup, "one lookup", "Gaussian levels along the light vector: common practice"),
+            (
+                ImageMethod::Lookup,
+                "one lookup",
+                "Gaussian levels along the light vector: common practice",
+            ),
         ],
     );
     ui.add(
@@ -121,7 +143,9 @@ fn look_controls(ui: &mut Ui, look: &mut Look) {
             .smallest_positive(1e-6)
             .text("light bound"),
     )
-    .on_hover_text("A GPU may leave out lights that add less radiance than this to a pixel; 0 leaves out none");
+    .on_hover_text(
+        "A GPU may leave out lights that add less radiance than this to a pixel; 0 leaves out none",
+    );
     bounce_controls(ui, &mut look.bounce);
 }
 
@@ -143,7 +167,11 @@ fn diffuse_controls(ui: &mut Ui, method: &mut DiffuseMethod) {
         &mut kind,
         &[
             (0, "exact", "The integral itself, by Lambert's formula"),
-            (1, "light vector", "As if all light came along the light vector"),
+            (
+                1,
+                "light vector",
+                "As if all light came along the light vector",
+            ),
             (2, "projected area", "The area in a perspective projection"),
         ],
     );
@@ -157,10 +185,26 @@ fn diffuse_controls(ui: &mut Ui, method: &mut DiffuseMethod) {
             "Axis",
             &mut basis,
             &[
-                (ProjectionBasis::Centroid, "centroid", "Towards the light's centroid"),
-                (ProjectionBasis::Weighted, "weighted", "Towards the mean of the vertices, weighted by inverse distance"),
-                (ProjectionBasis::Biased { bias }, "biased", "Towards the centroid, from a point behind"),
-                (ProjectionBasis::Optimal, "optimal", "The axis of the right pyramid"),
+                (
+                    ProjectionBasis::Centroid,
+                    "centroid",
+                    "Towards the light's centroid",
+                ),
+                (
+                    ProjectionBasis::Weighted,
+                    "weighted",
+                    "Towards the mean of the vertices, weighted by inverse distance",
+                ),
+                (
+                    ProjectionBasis::Biased { bias },
+                    "biased",
+                    "Towards the centroid, from a point behind",
+                ),
+                (
+                    ProjectionBasis::Optimal,
+                    "optimal",
+                    "The axis of the right pyramid",
+                ),
             ],
         );
     }
@@ -169,8 +213,16 @@ fn diffuse_controls(ui: &mut Ui, method: &mut DiffuseMethod) {
         "Horizon",
         &mut occlusion,
         &[
-            (LocalOcclusion::Exact, "exact", "Lights are cut where they cross the surface's horizon"),
-            (LocalOcclusion::Circle, "circle", "A ramp over the height of the light's circle: common practice"),
+            (
+                LocalOcclusion::Exact,
+                "exact",
+                "Lights are cut where they cross the surface's horizon",
+            ),
+            (
+                LocalOcclusion::Circle,
+                "circle",
+                "A ramp over the height of the light's circle: common practice",
+            ),
         ],
     );
     *method = match kind {
@@ -194,8 +246,16 @@ fn specular_controls(ui: &mut Ui, method: &mut SpecularMethod) {
         "Specular",
         method,
         &[
-            (ltc(LtcLobes::One), "LTC, one lobe", "A linearly transformed cosine from the fitted table"),
-            (ltc(LtcLobes::Two), "LTC, two lobes", "Two of them: more exact, about twice the cost"),
+            (
+                ltc(LtcLobes::One),
+                "LTC, one lobe",
+                "A linearly transformed cosine from the fitted table",
+            ),
+            (
+                ltc(LtcLobes::Two),
+                "LTC, two lobes",
+                "Two of them: more exact, about twice the cost",
+            ),
             (
                 SpecularMethod::ReflectedInclusion(InclusionRule::CrossingNumber),
                 "mirror (crossing)",
@@ -206,14 +266,28 @@ fn specular_controls(ui: &mut Ui, method: &mut SpecularMethod) {
                 "mirror (winding)",
                 "Whether the mirrored view ray meets the light, by how the outline winds",
             ),
-            (field, "distance field", "The mirrored ray's distance from the light, baked once"),
-            (SpecularMethod::LightVector, "light vector", "The BRDF along the light vector"),
+            (
+                field,
+                "distance field",
+                "The mirrored ray's distance from the light, baked once",
+            ),
+            (
+                SpecularMethod::LightVector,
+                "light vector",
+                "The BRDF along the light vector",
+            ),
             (SpecularMethod::None, "none", "No specular light"),
         ],
     );
     if let SpecularMethod::ReflectedDistanceField { field, smoothness } = method {
         let mut resolution = field.resolution();
-        let sizes = [32, 64, 128, 256, 512].map(|size| (size, SIZES[(size as u32).ilog2() as usize - 5], "Texels along a side"));
+        let sizes = [32, 64, 128, 256, 512].map(|size| {
+            (
+                size,
+                SIZES[(size as u32).ilog2() as usize - 5],
+                "Texels along a side",
+            )
+        });
         choice(ui, "Field", &mut resolution, &sizes);
         let mut is_signed = field.is_signed();
         ui.checkbox(&mut is_signed, "signed")
@@ -222,9 +296,13 @@ fn specular_controls(ui: &mut Ui, method: &mut SpecularMethod) {
             *field = new;
         }
         let [mut factor, _] = smoothness.factor_and_constant();
-        let slider = Slider::new(&mut factor, 0.1..=10.0).logarithmic(true).text("smoothness");
+        let slider = Slider::new(&mut factor, 0.1..=10.0)
+            .logarithmic(true)
+            .text("smoothness");
         let slider = ui.add(slider);
-        if slider.on_hover_text("How fast reflections fade with the distance").changed()
+        if slider
+            .on_hover_text("How fast reflections fade with the distance")
+            .changed()
             && let Ok(new) = DistanceFieldSmoothness::of_material(factor)
         {
             *smoothness = new;
@@ -253,8 +331,16 @@ fn bounce_controls(ui: &mut Ui, bounce: &mut Option<BounceSettings>) {
         "Found by",
         &mut settings.method,
         &[
-            (BounceMethod::CubeMap, "cube maps", "What cube maps see, lit by all lights"),
-            (BounceMethod::ReflectiveShadowMaps, "shadow maps", "What each light sees, lit by it alone"),
+            (
+                BounceMethod::CubeMap,
+                "cube maps",
+                "What cube maps see, lit by all lights",
+            ),
+            (
+                BounceMethod::ReflectiveShadowMaps,
+                "shadow maps",
+                "What each light sees, lit by it alone",
+            ),
         ],
     );
     let scene = match settings.centers {
@@ -266,8 +352,16 @@ fn bounce_controls(ui: &mut Ui, bounce: &mut Option<BounceSettings>) {
         "From",
         &mut settings.centers,
         &[
-            (BounceCenters::Scene(scene), "the scene", "A few places that together see much of the surfaces"),
-            (BounceCenters::Camera, "the camera", "One cube map at the camera: sees little, and flickers"),
+            (
+                BounceCenters::Scene(scene),
+                "the scene",
+                "A few places that together see much of the surfaces",
+            ),
+            (
+                BounceCenters::Camera,
+                "the camera",
+                "One cube map at the camera: sees little, and flickers",
+            ),
         ],
     );
     choice(
@@ -275,8 +369,18 @@ fn bounce_controls(ui: &mut Ui, bounce: &mut Option<BounceSettings>) {
         "Lights are",
         &mut settings.kind,
         &[
-            (VirtualLightKind::Polygon, "polygons", "By the exact integral"),
-            (VirtualLightKind::Point { least_distance: None }, "points", "With clamped distance: common practice"),
+            (
+                VirtualLightKind::Polygon,
+                "polygons",
+                "By the exact integral",
+            ),
+            (
+                VirtualLightKind::Point {
+                    least_distance: None,
+                },
+                "points",
+                "With clamped distance: common practice",
+            ),
         ],
     );
     choice(
@@ -285,20 +389,37 @@ fn bounce_controls(ui: &mut Ui, bounce: &mut Option<BounceSettings>) {
         &mut settings.visibility,
         &[
             (BounceVisibility::None, "no", "Light leaks through walls"),
-            (BounceVisibility::Traced, "by rays", "One ray a light and pixel: much slower"),
+            (
+                BounceVisibility::Traced,
+                "by rays",
+                "One ray a light and pixel: much slower",
+            ),
         ],
     );
-    let most = if settings.method == BounceMethod::ReflectiveShadowMaps { 1 } else { MAXIMUM_BOUNCES.min(5) };
+    let most = if settings.method == BounceMethod::ReflectiveShadowMaps {
+        1
+    } else {
+        MAXIMUM_BOUNCES.min(5)
+    };
     settings.bounces = settings.bounces.min(most);
     ui.add(Slider::new(&mut settings.bounces, 1..=most).text("bounces"));
-    ui.add(Slider::new(&mut settings.virtual_lights, 1..=4096).logarithmic(true).text("virtual lights"));
+    ui.add(
+        Slider::new(&mut settings.virtual_lights, 1..=4096)
+            .logarithmic(true)
+            .text("virtual lights"),
+    );
     ui.add(Slider::new(&mut settings.face_size, 8..=128).text("texels a face"));
     ui.checkbox(&mut settings.shadows, "Shadows before the bounce")
         .on_hover_text("Surfaces block the lights before their light bounces");
 }
 
 /// A box to choose from; values that are not in the list have no name.
-fn choice<T: Clone + PartialEq>(ui: &mut Ui, name: &str, value: &mut T, options: &[(T, &str, &str)]) {
+fn choice<T: Clone + PartialEq>(
+    ui: &mut Ui,
+    name: &str,
+    value: &mut T,
+    options: &[(T, &str, &str)],
+) {
     ui.horizontal(|ui| {
         let found = options.iter().find(|(option, ..)| option == value);
         let (text, help) = found.map_or(("", ""), |&(_, text, help)| (text, help));
@@ -308,7 +429,8 @@ fn choice<T: Clone + PartialEq>(ui: &mut Ui, name: &str, value: &mut T, options:
             .width(ui.available_width().clamp(60.0, 160.0))
             .show_ui(ui, |ui| {
                 for (option, text, help) in options {
-                    ui.selectable_value(value, option.clone(), *text).on_hover_text(*help);
+                    ui.selectable_value(value, option.clone(), *text)
+                        .on_hover_text(*help);
                 }
             })
             .response
@@ -325,8 +447,12 @@ pub(super) fn summary(look: &Look) -> String {
         DiffuseMethod::ProjectedArea { .. } => "projected area",
     };
     let specular = match look.specular {
-        SpecularMethod::Ltc { lobes: LtcLobes::One } => "LTC",
-        SpecularMethod::Ltc { lobes: LtcLobes::Two } => "LTC, two lobes",
+        SpecularMethod::Ltc {
+            lobes: LtcLobes::One,
+        } => "LTC",
+        SpecularMethod::Ltc {
+            lobes: LtcLobes::Two,
+        } => "LTC, two lobes",
         SpecularMethod::ReflectedInclusion(_) => "mirror",
         SpecularMethod::ReflectedDistanceField { .. } => "distance field",
         SpecularMethod::LightVector => "light vector",

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use egui::{Pos2, Rect, Ui};
-use lumigon_renderer::{Gpu, GpuError, GltfSource, Scene};
+use lumigon_renderer::{GltfSource, Gpu, GpuError, Scene};
 
 use crate::document::{Document, LightId};
 use crate::loading::{Loaded, Loading};
@@ -222,7 +222,7 @@ impl App {
         self.poll_loading();
         self.poll_images();
         self.choose_backend(surroundings);
-        if !ui.ctx().egui_wants_keyboard_input() && !self.is_flying_held(ui) {
+        if !ui.ctx().text_edit_focused() && !self.is_flying_held(ui) {
             for command in commands::pressed(ui.ctx()) {
                 self.run(command, ui.ctx());
             }
@@ -259,7 +259,10 @@ impl App {
     pub(crate) fn is_settled(&self) -> bool {
         self.loading.is_none()
             && self.images.is_none()
-            && self.open.as_ref().is_none_or(|open| open.display.is_settled())
+            && self
+                .open
+                .as_ref()
+                .is_none_or(|open| open.display.is_settled())
     }
 
     pub(crate) fn title(&self) -> String {
@@ -278,7 +281,10 @@ impl App {
     pub(crate) fn drop_files(&mut self, paths: Vec<PathBuf>) {
         for path in paths {
             self.has_hovered_file = false;
-            let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default();
+            let extension = path
+                .extension()
+                .and_then(|e| e.to_str())
+                .unwrap_or_default();
             match extension.to_ascii_lowercase().as_str() {
                 "glb" | "gltf" => self.open_scene(path),
                 _ => self.drop_image(&path),
@@ -297,7 +303,9 @@ impl App {
     }
 
     fn is_saved(&self) -> bool {
-        self.open.as_ref().is_none_or(|open| open.document.is_saved())
+        self.open
+            .as_ref()
+            .is_none_or(|open| open.document.is_saved())
     }
 
     /// Whether the window may close; asks the user where something is not saved.
@@ -331,8 +339,9 @@ impl App {
         if let Some(open) = &mut self.open {
             open.display.forget_device();
         }
-        self.messages
-            .error(format!("{fault}. The window has a new device; nothing is lost."));
+        self.messages.error(format!(
+            "{fault}. The window has a new device; nothing is lost."
+        ));
     }
 
     /// Writes the picture without panels.
@@ -350,7 +359,10 @@ impl App {
 impl Open {
     fn name(&self) -> String {
         let name = self.path.as_deref().and_then(Path::file_name);
-        name.map_or_else(|| "gallery".to_owned(), |name| name.to_string_lossy().into_owned())
+        name.map_or_else(
+            || "gallery".to_owned(),
+            |name| name.to_string_lossy().into_owned(),
+        )
     }
 }
 
@@ -366,5 +378,6 @@ pub(crate) fn style(context: &egui::Context) {
 
 /// The pointer, where it is on the picture.
 fn pointer_on(ui: &Ui, rect: Rect) -> Option<Pos2> {
-    ui.input(|input| input.pointer.hover_pos()).filter(|at| rect.contains(*at))
+    ui.input(|input| input.pointer.hover_pos())
+        .filter(|at| rect.contains(*at))
 }

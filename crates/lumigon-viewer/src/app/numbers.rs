@@ -46,14 +46,56 @@ fn methods() -> Vec<(&'static str, RenderSettings)> {
     let none = SpecularMethod::None;
     vec![
         ("exact", of(exact, none)),
-        ("exact, circle horizon", of(DiffuseMethod::Exact { occlusion: LocalOcclusion::Circle }, none)),
-        ("light vector", of(DiffuseMethod::LightVector { occlusion }, none)),
-        ("projected area, centroid", of(area(ProjectionBasis::Centroid), none)),
-        ("projected area, optimal", of(area(ProjectionBasis::Optimal), none)),
-        ("LTC, one lobe", of(exact, SpecularMethod::Ltc { lobes: LtcLobes::One })),
-        ("LTC, two lobes", of(exact, SpecularMethod::Ltc { lobes: LtcLobes::Two })),
-        ("mirror", of(exact, SpecularMethod::ReflectedInclusion(Default::default()))),
-        ("specular light vector", of(exact, SpecularMethod::LightVector)),
+        (
+            "exact, circle horizon",
+            of(
+                DiffuseMethod::Exact {
+                    occlusion: LocalOcclusion::Circle,
+                },
+                none,
+            ),
+        ),
+        (
+            "light vector",
+            of(DiffuseMethod::LightVector { occlusion }, none),
+        ),
+        (
+            "projected area, centroid",
+            of(area(ProjectionBasis::Centroid), none),
+        ),
+        (
+            "projected area, optimal",
+            of(area(ProjectionBasis::Optimal), none),
+        ),
+        (
+            "LTC, one lobe",
+            of(
+                exact,
+                SpecularMethod::Ltc {
+                    lobes: LtcLobes::One,
+                },
+            ),
+        ),
+        (
+            "LTC, two lobes",
+            of(
+                exact,
+                SpecularMethod::Ltc {
+                    lobes: LtcLobes::Two,
+                },
+            ),
+        ),
+        (
+            "mirror",
+            of(
+                exact,
+                SpecularMethod::ReflectedInclusion(Default::default()),
+            ),
+        ),
+        (
+            "specular light vector",
+            of(exact, SpecularMethod::LightVector),
+        ),
     ]
 }
 
@@ -73,9 +115,14 @@ impl App {
         };
         let place = self.to_picture(at);
         if let Some(open) = &self.open {
-            let settings: Vec<_> = methods().into_iter().map(|(_, settings)| settings).collect();
+            let settings: Vec<_> = methods()
+                .into_iter()
+                .map(|(_, settings)| settings)
+                .collect();
             let camera = open.navigation.camera();
-            self.numbers.probe = open.display.probe(camera, place.to_array(), aspect, &settings);
+            self.numbers.probe = open
+                .display
+                .probe(camera, place.to_array(), aspect, &settings);
         }
     }
 
@@ -102,43 +149,50 @@ impl App {
         };
         let rgb = |value: [f64; 3]| value.map(number).join("  ");
         let single = |value: [f32; 3]| rgb(value.map(f64::from));
-        egui::Grid::new("probe").num_columns(2).striped(true).show(ui, |ui| {
-            let mut row = |name: &str, value: String| {
-                ui.label(RichText::new(name).weak());
-                ui.label(RichText::new(value).monospace());
-                ui.end_row();
-            };
-            let p = probe.surface.position;
-            row("place", format!("{:.3}  {:.3}  {:.3} m", p.x, p.y, p.z));
-            row("material", probe.surface.material.clone());
-            row("irradiance", rgb(probe.irradiance));
-            row("form factor", number(probe.form_factor));
-            for ((name, _), radiance) in methods().iter().zip(&probe.radiance).take(DIFFUSE) {
-                let value = match radiance {
-                    Ok(radiance) => single(radiance.diffuse),
-                    Err(fault) => fault.to_string(),
+        egui::Grid::new("probe")
+            .num_columns(2)
+            .striped(true)
+            .show(ui, |ui| {
+                let mut row = |name: &str, value: String| {
+                    ui.label(RichText::new(name).weak());
+                    ui.label(RichText::new(value).monospace());
+                    ui.end_row();
                 };
-                row(&format!("diffuse, {name}"), value);
-            }
-            for ((name, _), radiance) in methods().iter().zip(&probe.radiance).skip(DIFFUSE) {
-                let value = match radiance {
-                    Ok(radiance) => single(radiance.specular),
-                    Err(fault) => fault.to_string(),
-                };
-                row(&format!("specular, {name}"), value);
-            }
-        });
+                let p = probe.surface.position;
+                row("place", format!("{:.3}  {:.3}  {:.3} m", p.x, p.y, p.z));
+                row("material", probe.surface.material.clone());
+                row("irradiance", rgb(probe.irradiance));
+                row("form factor", number(probe.form_factor));
+                for ((name, _), radiance) in methods().iter().zip(&probe.radiance).take(DIFFUSE) {
+                    let value = match radiance {
+                        Ok(radiance) => single(radiance.diffuse),
+                        Err(fault) => fault.to_string(),
+                    };
+                    row(&format!("diffuse, {name}"), value);
+                }
+                for ((name, _), radiance) in methods().iter().zip(&probe.radiance).skip(DIFFUSE) {
+                    let value = match radiance {
+                        Ok(radiance) => single(radiance.specular),
+                        Err(fault) => fault.to_string(),
+                    };
+                    row(&format!("specular, {name}"), value);
+                }
+            });
         ui.separator();
         ui.label(RichText::new("Strongest lights: form factor, distance").weak());
         let Some(open) = &self.open else {
             return;
         };
         for light in &probe.lights {
-            let name = &open.document.scene().polygon_lights[light.light.min(
-                open.document.scene().polygon_lights.len().saturating_sub(1),
-            )]
+            let name = &open.document.scene().polygon_lights[light
+                .light
+                .min(open.document.scene().polygon_lights.len().saturating_sub(1))]
             .name;
-            ui.label(format!("{name}: {}, {} m", number(light.form_factor), number(light.distance)));
+            ui.label(format!(
+                "{name}: {}, {} m",
+                number(light.form_factor),
+                number(light.distance)
+            ));
         }
     }
 
@@ -150,7 +204,9 @@ impl App {
         };
         let parts: [(&str, Color32, fn(&FrameTimes) -> f64); 5] = [
             ("picture", Color32::WHITE, |t| t.picture),
-            ("visibility", Color32::from_rgb(120, 190, 255), |t| t.visibility),
+            ("visibility", Color32::from_rgb(120, 190, 255), |t| {
+                t.visibility
+            }),
             ("lights", Color32::from_rgb(255, 190, 60), |t| t.lights),
             ("bounce", Color32::from_rgb(130, 220, 120), |t| t.bounce),
             ("edits", Color32::from_rgb(255, 120, 160), |t| t.edits),

@@ -25,7 +25,9 @@ impl App {
                     });
                 }
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    let keys = ui.button("?").on_hover_text("Every command and its key (F1)");
+                    let keys = ui
+                        .button("?")
+                        .on_hover_text("Every command and its key (F1)");
                     if keys.clicked() {
                         run.push(Command::Help);
                     }
@@ -71,8 +73,9 @@ impl App {
                     convergence.paths,
                     convergence.noise * 100.0
                 );
-                ui.label(text)
-                    .on_hover_text("How far the path-traced truth has come, and its mean relative standard error");
+                ui.label(text).on_hover_text(
+                    "How far the path-traced truth has come, and its mean relative standard error",
+                );
             }
         });
     }
@@ -98,7 +101,12 @@ impl App {
                 egui::Id::unique("drop"),
             ));
             let text = "Drop a scene to open it, or an image onto a light";
-            label(&painter, rect.center_bottom() - egui::vec2(0.0, 40.0), egui::Align2::CENTER_CENTER, text);
+            label(
+                &painter,
+                rect.center_bottom() - egui::vec2(0.0, 40.0),
+                egui::Align2::CENTER_CENTER,
+                text,
+            );
         }
         self.messages.show(ui, rect);
         self.show_numbers(ui);
@@ -106,34 +114,45 @@ impl App {
 
     /// Every command and its key.
     pub(super) fn keys(ui: &mut Ui) {
-        egui::ScrollArea::vertical().max_height(520.0).show(ui, |ui| {
-            for group in Group::ALL {
-                ui.label(RichText::new(group.name()).strong());
-                egui::Grid::new(group.name()).num_columns(3).striped(true).show(ui, |ui| {
-                    for entry in COMMANDS.iter().filter(|entry| entry.group == group) {
-                        ui.label(RichText::new(ui.ctx().format_shortcut(&entry.shortcut)).monospace());
-                        ui.label(entry.name);
-                        ui.label(RichText::new(entry.help).weak());
-                        ui.end_row();
-                    }
-                });
-                ui.add_space(6.0);
-            }
-            ui.label(RichText::new("With the pointer").strong());
-            for (what, does) in [
-                ("Drag", "turn around the scene"),
-                ("Shift+drag, middle drag", "move along the picture"),
-                ("Right drag, Ctrl+drag", "look around; with W A S D Q E fly, Shift faster"),
-                ("Wheel", "closer and farther"),
-                ("Click on a light", "select it"),
-                ("Drag a vertex", "move it in the light's plane"),
-                ("Double-click on an edge", "insert a vertex"),
-            ] {
-                ui.horizontal(|ui| {
-                    ui.label(RichText::new(what).monospace());
-                    ui.label(RichText::new(does).weak());
-                });
-            }
-        });
+        egui::ScrollArea::vertical()
+            .max_height(520.0)
+            .show(ui, |ui| {
+                for group in Group::ALL {
+                    ui.label(RichText::new(group.name()).strong());
+                    egui::Grid::new(group.name())
+                        .num_columns(3)
+                        .striped(true)
+                        .show(ui, |ui| {
+                            for entry in COMMANDS.iter().filter(|entry| entry.group == group) {
+                                ui.label(
+                                    RichText::new(ui.ctx().format_shortcut(&entry.shortcut))
+                                        .monospace(),
+                                );
+                                ui.label(entry.name);
+                                ui.label(RichText::new(entry.help).weak());
+                                ui.end_row();
+                            }
+                        });
+                    ui.add_space(6.0);
+                }
+                ui.label(RichText::new("With the pointer").strong());
+                for (what, does) in [
+                    ("Drag", "turn around the scene"),
+                    ("Shift+drag, middle drag", "move along the picture"),
+                    (
+                        "Right drag, Ctrl+drag",
+                        "look around; with W A S D Q E fly, Shift faster",
+                    ),
+                    ("Wheel", "closer and farther"),
+                    ("Click on a light", "select it"),
+                    ("Drag a vertex", "move it in the light's plane"),
+                    ("Double-click on an edge", "insert a vertex"),
+                ] {
+                    ui.horizontal(|ui| {
+                        ui.label(RichText::new(what).monospace());
+                        ui.label(RichText::new(does).weak());
+                    });
+                }
+            });
     }
 }

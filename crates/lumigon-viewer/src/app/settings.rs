@@ -15,7 +15,11 @@ pub(crate) struct Look {
 }
 
 impl Look {
-    pub(crate) fn render_settings(&self, [width, height]: [u32; 2], samples: u32) -> RenderSettings {
+    pub(crate) fn render_settings(
+        &self,
+        [width, height]: [u32; 2],
+        samples: u32,
+    ) -> RenderSettings {
         RenderSettings {
             width,
             height,
@@ -71,7 +75,9 @@ impl Content {
             Self::Error => {
                 "This side's methods against the truth: red where too bright, blue where too dark"
             }
-            Self::Noise => "What the truth may still be off by: its standard error over its brightness",
+            Self::Noise => {
+                "What the truth may still be off by: its standard error over its brightness"
+            }
             Self::LightCounts => "How many lights each pixel computes",
         }
     }
@@ -122,7 +128,9 @@ impl Settings {
     }
 
     pub(crate) fn needs_reference(&self) -> bool {
-        self.shown().iter().any(|side| side.content.needs_reference())
+        self.shown()
+            .iter()
+            .any(|side| side.content.needs_reference())
     }
 
     /// How often light is scattered in the truth that the pictures stand for.

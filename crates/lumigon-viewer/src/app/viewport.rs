@@ -161,7 +161,11 @@ impl App {
             }
             let content = settings.sides[i].content;
             if settings.is_split || content != Content::Picture {
-                let text = format!("{}: {}", content.name(), super::methods::summary(&settings.sides[i].look));
+                let text = format!(
+                    "{}: {}",
+                    content.name(),
+                    super::methods::summary(&settings.sides[i].look)
+                );
                 let at = part.min + egui::vec2(8.0, 6.0);
                 label(&painter.with_clip_rect(part), at, Align2::LEFT_TOP, &text);
             }
@@ -169,7 +173,10 @@ impl App {
     }
 
     fn divider(&mut self, ui: &Ui, rect: Rect) {
-        let is_split = self.open.as_ref().is_some_and(|open| open.document.settings().is_split);
+        let is_split = self
+            .open
+            .as_ref()
+            .is_some_and(|open| open.document.settings().is_split);
         if !is_split {
             return;
         }
@@ -197,7 +204,8 @@ impl App {
 
 /// Text that can be read over any picture.
 pub(super) fn label(painter: &egui::Painter, at: Pos2, anchor: Align2, text: &str) -> Rect {
-    let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(13.0), Color32::WHITE);
+    let galley =
+        painter.layout_no_wrap(text.to_owned(), FontId::proportional(13.0), Color32::WHITE);
     let rect = anchor.anchor_size(at, galley.size());
     painter.rect_filled(rect.expand(4.0), 3.0, Color32::from_black_alpha(170));
     painter.galley(rect.min, galley, Color32::WHITE);
@@ -211,7 +219,11 @@ fn legend(painter: &egui::Painter, part: Rect, scale: &Scale) {
         Pos2::new(part.center().x - width * 0.5, part.max.y - 44.0),
         egui::vec2(width, 12.0),
     );
-    painter.rect_filled(bar.expand2(egui::vec2(28.0, 26.0)), 4.0, Color32::from_black_alpha(170));
+    painter.rect_filled(
+        bar.expand2(egui::vec2(28.0, 26.0)),
+        4.0,
+        Color32::from_black_alpha(170),
+    );
     let steps = 64;
     for i in 0..steps {
         let place = (i as f32 + 0.5) / steps as f32;
@@ -227,4 +239,3 @@ fn legend(painter: &egui::Painter, part: Rect, scale: &Scale) {
     let at = Pos2::new(bar.center().x, bar.min.y - 4.0);
     painter.text(at, Align2::CENTER_BOTTOM, scale.title, font, Color32::WHITE);
 }
-

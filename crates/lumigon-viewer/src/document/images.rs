@@ -310,7 +310,10 @@ impl FinishedImages {
             !meshes.any(|mesh| mesh == light.mesh)
         };
         scene.polygon_lights.retain(is_other);
-        let fine = self.finished.iter().flat_map(|finished| finished.fine.iter());
+        let fine = self
+            .finished
+            .iter()
+            .flat_map(|finished| finished.fine.iter());
         scene.polygon_lights.extend(fine.cloned());
         scene.polygon_lights.sort_by_key(|light| light.mesh);
         scene

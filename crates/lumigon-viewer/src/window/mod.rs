@@ -141,11 +141,12 @@ impl Shown {
         let attributes = Window::default_attributes()
             .with_title("lumigon")
             .with_inner_size(winit::dpi::LogicalSize::new(width, height));
-        let window = event_loop
-            .create_window(attributes)
-            .map_err(|fault| ViewerError::NoDisplay {
-                reason: fault.to_string(),
-            })?;
+        let window =
+            event_loop
+                .create_window(attributes)
+                .map_err(|fault| ViewerError::NoDisplay {
+                    reason: fault.to_string(),
+                })?;
         let window = Arc::new(window);
         let painter = Painter::new(&window, preference(options.backend))?;
         let context = egui::Context::default();
@@ -420,7 +421,9 @@ fn save(path: &Path, image: &egui::ColorImage) -> Result<(), ViewerError> {
         .iter()
         .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
         .collect();
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
     let mut file =
         tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new("."))).map_err(|e| fault(&e))?;
     image::RgbImage::from_raw(width, height, rgb)
