@@ -80,6 +80,8 @@ pub(super) struct FrameTimes {
 #[derive(Default)]
 pub(super) struct Shot {
     size: [u32; 2],
+    /// Of the picture on screen, in pixels.
+    wanted: [u32; 2],
     /// Linear radiance of the side's own methods; empty where the GPU keeps it.
     picture: Arc<Pixels>,
     texture: Option<egui::TextureHandle>,
@@ -110,7 +112,12 @@ impl Shot {
         size: [u32; 2],
         image: egui::ColorImage,
     ) {
-        let options = egui::TextureOptions::LINEAR;
+        let is_whole = size == self.wanted;
+        // Where texels are pixels, reading one is enough.
+        let options = match is_whole {
+            true => egui::TextureOptions::NEAREST,
+            false => egui::TextureOptions::LINEAR,
+        };
         match &mut self.texture {
             Some(texture) => texture.set(image, options),
             None => {
@@ -329,6 +336,9 @@ impl Display {
         wish: &Wish<'_>,
     ) {
         self.has_drawn = false;
+        for shot in &mut self.shots {
+            shot.wanted = wish.size;
+        }
         let start = Instant::now();
         let is_edited = !Arc::ptr_eq(&self.scene, wish.scene);
         if is_edited {

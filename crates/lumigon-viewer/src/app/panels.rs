@@ -6,10 +6,15 @@ use super::App;
 use super::commands::{COMMANDS, Command, Group};
 use super::viewport::label;
 
+/// Of panels: what is behind has their colour already, and filling takes software Vulkan long.
+fn unfilled(ui: &Ui) -> egui::Frame {
+    egui::Frame::side_top_panel(ui.style()).fill(egui::Color32::TRANSPARENT)
+}
+
 impl App {
     pub(super) fn panels(&mut self, ui: &mut Ui) {
         let mut run = Vec::new();
-        egui::Panel::top("menu").show(ui, |ui| {
+        egui::Panel::top("menu").frame(unfilled(ui)).show(ui, |ui| {
             egui::MenuBar::new().ui(ui, |ui| {
                 for group in Group::ALL {
                     ui.menu_button(group.name(), |ui| {
@@ -35,14 +40,16 @@ impl App {
             });
         });
         if self.has_panels {
-            egui::Panel::bottom("status").show(ui, |ui| self.status(ui));
+            egui::Panel::bottom("status").frame(unfilled(ui)).show(ui, |ui| self.status(ui));
             egui::Panel::left("methods")
+                .frame(unfilled(ui))
                 .default_size(230.0)
                 .size_range(160.0..=420.0)
                 .show(ui, |ui| {
                     egui::ScrollArea::vertical().show(ui, |ui| self.methods(ui));
                 });
             egui::Panel::right("light")
+                .frame(unfilled(ui))
                 .default_size(250.0)
                 .size_range(180.0..=460.0)
                 .show(ui, |ui| {

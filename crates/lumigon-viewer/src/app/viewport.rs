@@ -134,7 +134,6 @@ impl App {
 
     fn paint(&self, ui: &Ui, rect: Rect) {
         let painter = ui.painter_at(rect);
-        painter.rect_filled(rect, 0.0, Color32::from_gray(24));
         let Some(open) = &self.open else {
             return;
         };

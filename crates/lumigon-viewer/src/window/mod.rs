@@ -354,6 +354,7 @@ impl Viewer {
             primitives: context.tessellate(output.shapes, output.pixels_per_point),
             textures: output.textures_delta,
             pixels_per_point: output.pixels_per_point,
+            background: background(&context),
         };
         self.frame += 1;
         let is_over = match (self.options.frames, &self.replay) {
@@ -399,6 +400,13 @@ impl Viewer {
         }
         Ok(!is_over)
     }
+}
+
+/// The colour of panels, as it is displayed.
+fn background(context: &egui::Context) -> wgpu::Color {
+    let [r, g, b, _] = context.global_style().visuals.panel_fill.to_array();
+    let [r, g, b] = [r, g, b].map(|channel| f64::from(channel) / 255.0);
+    wgpu::Color { r, g, b, a: 1.0 }
 }
 
 /// What carries a name, with the middle of where it is, in points.

@@ -18,6 +18,8 @@ pub(super) struct Drawn {
     pub(super) primitives: Vec<egui::ClippedPrimitive>,
     pub(super) textures: egui::TexturesDelta,
     pub(super) pixels_per_point: f32,
+    /// Behind everything: panels need not be filled.
+    pub(super) background: wgpu::Color,
 }
 
 impl Painter {
@@ -227,7 +229,7 @@ fn draw(
             depth_slice: None,
             resolve_target: None,
             ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                load: wgpu::LoadOp::Clear(drawn.background),
                 store: wgpu::StoreOp::Store,
             },
         })],
