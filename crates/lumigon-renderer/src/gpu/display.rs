@@ -43,7 +43,7 @@ impl DisplayRecord {
     }
 }
 
-/// The shaders' TONE_MAP constants.
+/// The shaders' `TONE_MAP` constants.
 pub(super) fn tone_map_number(tone_map: ToneMap) -> u32 {
     match tone_map {
         ToneMap::None => 0,

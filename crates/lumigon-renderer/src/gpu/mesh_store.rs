@@ -385,6 +385,10 @@ impl Attributes {
 }
 
 #[cfg(test)]
+#[expect(
+    clippy::single_range_in_vec_init,
+    reason = "lists of ranges, some of one"
+)]
 mod tests {
     use super::*;
     use crate::gpu::GpuPreference;

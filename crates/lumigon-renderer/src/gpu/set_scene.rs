@@ -20,7 +20,7 @@ struct Staged {
 
 enum Next {
     /// What is new, beside what is there.
-    Beside(StagedScene),
+    Beside(Box<StagedScene>),
     /// All of it.
     Whole(Box<SceneBuffers>),
 }
@@ -77,7 +77,7 @@ impl GpuRenderer {
             .lighting
             .stage(gpu, polygons, &scene.textures, punctual)?;
         let next = match self.scene.stage(gpu, scene)? {
-            Some(staged) => Next::Beside(staged),
+            Some(staged) => Next::Beside(Box::new(staged)),
             None => {
                 let mut buffers = SceneBuffers::new(gpu, &self.scene_layout, scene)?;
                 buffers.features = self.scene.features.or(buffers.features);
@@ -101,7 +101,7 @@ impl GpuRenderer {
         }
         let is_whole = matches!(staged.next, Next::Whole(_));
         match staged.next {
-            Next::Beside(staged) => self.scene.commit(gpu, &self.scene_layout, staged),
+            Next::Beside(staged) => self.scene.commit(gpu, &self.scene_layout, *staged),
             Next::Whole(buffers) => self.scene = *buffers,
         }
         let old = &self.shapes.meshes;

@@ -243,6 +243,10 @@ fn wrap(wrap: Wrap) -> u32 {
 }
 
 #[cfg(test)]
+#[expect(
+    clippy::single_range_in_vec_init,
+    reason = "lists of ranges, some of one"
+)]
 mod tests {
     use super::*;
     use crate::gpu::GpuPreference;
@@ -261,7 +265,7 @@ mod tests {
 
         let gpu = Gpu::new(GpuPreference::Any).unwrap();
         let limit = (256 + 5) * 4;
-        let fault = TextureStore::new(&gpu, &[texture.clone()], limit).err();
+        let fault = TextureStore::new(&gpu, std::slice::from_ref(&texture), limit).err();
         assert!(matches!(fault, Some(GpuError::TooMuch { .. })), "{fault:?}");
 
         let mut store = TextureStore::new(&gpu, &[texture.clone(), image(2)], u64::MAX).unwrap();
