@@ -152,6 +152,11 @@ impl Replay {
         self.actions.is_empty() && self.frames.is_empty()
     }
 
+    /// Whether it waits for what goes on in the background.
+    pub(crate) fn is_waiting(&self) -> bool {
+        self.frames.is_empty() && matches!(self.actions.front(), Some((_, Action::Settle)))
+    }
+
     /// The events of the next frame, and what else it is to do.
     pub(crate) fn frame(
         &mut self,
@@ -171,7 +176,7 @@ impl Replay {
             }
             Action::Settle => standing.is_settled && self.waited > 1,
             Action::Wait(frames) => self.waited >= frames,
-            Action::Point(place) => self.at(&place, standing, |this, at| this.go(at)),
+            Action::Point(place) => self.at(&place, standing, Self::go),
             Action::Press(button) => {
                 self.button(button, true);
                 true

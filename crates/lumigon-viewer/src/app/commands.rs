@@ -202,8 +202,7 @@ mod tests {
         };
         for (modifiers, expected) in [(COMMAND, Command::Undo), (COMMAND_SHIFT, Command::Redo)] {
             let input = egui::RawInput {
-                modifiers,
-                events: vec![key(modifiers)],
+                events: vec![egui::Event::ModifiersChanged(modifiers), key(modifiers)],
                 ..Default::default()
             };
             let mut got = Vec::new();

@@ -286,10 +286,18 @@ impl Display {
             (Some(_), Some(device)) => device.adapter().name.clone(),
             _ => "CPU".to_owned(),
         };
-        let state = match self.stage {
-            Stage::Quick => "",
-            Stage::Refined => ", refined",
-            Stage::Done => ", finished",
+        let state = match (self.stage, &self.background) {
+            (Stage::Done, _) => ", finished".to_owned(),
+            (_, Some(background)) => {
+                let percent = background.progress() * 100.0;
+                let what = match self.stage {
+                    Stage::Quick => "refining",
+                    _ => "path tracing",
+                };
+                format!(", {what}: {percent:.0} % of a pass")
+            }
+            (Stage::Refined, None) => ", refined".to_owned(),
+            (Stage::Quick, None) => String::new(),
         };
         format!("{what}, {width} x {height}{state}")
     }
@@ -718,8 +726,8 @@ impl Display {
             let needs_radiance = shown.iter().any(|side| side.content == Content::Error);
             if self.gpu.is_some() && !needs_radiance {
                 if self.is_software {
-                    for i in 0..shown.len() {
-                        if shown[i].content != Content::LightCounts
+                    for (i, side) in shown.iter().enumerate() {
+                        if side.content != Content::LightCounts
                             && let Err(fault) =
                                 self.draw_native(surroundings, wish, i, wish.size, 1)
                         {

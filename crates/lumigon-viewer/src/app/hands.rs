@@ -67,10 +67,6 @@ pub(super) struct Hands {
 }
 
 impl Hands {
-    pub(super) fn is_holding(&self) -> bool {
-        self.held.is_some()
-    }
-
     /// Gives up what is being dragged. False where nothing is.
     pub(super) fn give_up(&mut self) -> bool {
         self.refused = None;

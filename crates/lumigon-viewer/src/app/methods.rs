@@ -284,7 +284,7 @@ fn specular_controls(ui: &mut Ui, method: &mut SpecularMethod) {
         let sizes = [32, 64, 128, 256, 512].map(|size| {
             (
                 size,
-                SIZES[(size as u32).ilog2() as usize - 5],
+                SIZES[u32::ilog2(size) as usize - 5],
                 "Texels along a side",
             )
         });

@@ -186,7 +186,7 @@ impl App {
         for warning in &document.scene().warnings {
             self.messages.warning(warning.clone());
         }
-        let camera = match &path == &self.options.scene {
+        let camera = match path == self.options.scene {
             true => self.options.camera,
             false => 0,
         };

@@ -202,7 +202,8 @@ impl App {
             ui.label("Nothing has moved yet.");
             return;
         };
-        let parts: [(&str, Color32, fn(&FrameTimes) -> f64); 5] = [
+        type Part = fn(&FrameTimes) -> f64;
+        let parts: [(&str, Color32, Part); 5] = [
             ("picture", Color32::WHITE, |t| t.picture),
             ("visibility", Color32::from_rgb(120, 190, 255), |t| {
                 t.visibility

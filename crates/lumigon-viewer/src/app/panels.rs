@@ -40,7 +40,9 @@ impl App {
             });
         });
         if self.has_panels {
-            egui::Panel::bottom("status").frame(unfilled(ui)).show(ui, |ui| self.status(ui));
+            egui::Panel::bottom("status")
+                .frame(unfilled(ui))
+                .show(ui, |ui| self.status(ui));
             egui::Panel::left("methods")
                 .frame(unfilled(ui))
                 .default_size(230.0)
@@ -95,7 +97,10 @@ impl App {
                 || "the gallery".to_owned(),
                 |path| path.display().to_string(),
             );
-            let text = format!("Loading {what}: {}", loading.phase());
+            let percent = loading.fraction().map_or_else(String::new, |fraction| {
+                format!(" ({:.0} %)", fraction * 100.0)
+            });
+            let text = format!("Loading {what}: {}{percent}", loading.phase());
             let painter = ui.ctx().layer_painter(egui::LayerId::new(
                 egui::Order::Foreground,
                 egui::Id::unique("loading"),

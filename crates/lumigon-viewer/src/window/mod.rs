@@ -18,6 +18,9 @@ use crate::options::{BackendChoice, Options};
 use crate::replay::{Demand, FRAME, Recording, Replay, ReplayError, Standing};
 use painter::{Drawn, Painter};
 
+/// How often recorded input looks whether all is settled, where nothing wakes it.
+const GLANCE: Duration = Duration::from_millis(200);
+
 /// Attempts at a device that fails right after it was made.
 const ATTEMPTS: u32 = 3;
 
@@ -226,8 +229,13 @@ impl ApplicationHandler<Wake> for Viewer {
         let Some(shown) = &self.shown else {
             return;
         };
-        // What is replayed, or counted, does not wait for anything.
-        if self.replay.is_some() || self.options.frames.is_some() {
+        // What is replayed, or counted, waits for nothing but the background.
+        let is_waiting = self.replay.as_ref().is_some_and(Replay::is_waiting);
+        if is_waiting && self.frame > 1 {
+            let soon = Instant::now() + GLANCE;
+            let next = self.next_frame.get_or_insert(soon);
+            *next = soon.min(*next);
+        } else if self.replay.is_some() || self.options.frames.is_some() {
             shown.window.request_redraw();
             return;
         }

@@ -49,8 +49,8 @@ impl Accumulation {
                 .collect()
         };
         let sum = |of: fn(&[f64; 2]) -> f64| self.sums.iter().map(of).sum::<f64>();
-        let (mean, error): (fn(&[f64; 2]) -> f64, fn(&[f64; 2]) -> f64) =
-            (|sum| sum[0], |sum| sum[1].sqrt());
+        let mean: fn(&[f64; 2]) -> f64 = |sum| sum[0];
+        let error: fn(&[f64; 2]) -> f64 = |sum| sum[1].sqrt();
         let all = sum(mean);
         let relative_noise = match all > 0.0 {
             true => sum(error) / all,

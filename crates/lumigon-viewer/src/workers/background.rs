@@ -2,7 +2,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lumigon_renderer::{RenderError, Watch};
@@ -14,24 +14,13 @@ use super::job::{Job, Update};
 ///
 /// Dropped, it stops. Neither that nor anything else here waits for the work: its thread has shares of all
 /// that it needs, and ends by itself some milliseconds later.
-pub struct Background {
+pub(crate) struct Background {
     reporter: Arc<Reporter>,
-}
-
-/// How far the work is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct BackgroundProgress {
-    /// Passes that are done.
-    pub passes: u32,
-    /// Samples or paths a pixel that the newest result has; 0 before the first.
-    pub paths: u64,
-    /// How much of the pass that is going on is done, 0 to 1.
-    pub fraction: f32,
 }
 
 /// What has become of the work.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum BackgroundState {
+pub(crate) enum BackgroundState {
     /// It goes on.
     #[default]
     Running,
@@ -47,7 +36,7 @@ impl Background {
     /// Starts. `wake` is called from another thread whenever there is a new result, and when the work ends
     /// without having been stopped.
     #[must_use]
-    pub fn start(job: Job, wake: Box<dyn Fn() + Send + Sync>) -> Self {
+    pub(crate) fn start(job: Job, wake: Box<dyn Fn() + Send + Sync>) -> Self {
         Self::run(move |reporter| job.run(reporter), wake)
     }
 
@@ -60,8 +49,6 @@ impl Background {
             cancelled: AtomicBool::new(false),
             latest: Mutex::new(None),
             state: Mutex::default(),
-            passes: AtomicU32::new(0),
-            paths: AtomicU64::new(0),
             fraction: AtomicU32::new(0),
         });
         let own = Arc::clone(&reporter);
@@ -81,30 +68,25 @@ impl Background {
     }
 
     /// Stops the work; what it has found stays.
-    pub fn stop(&self) {
+    pub(crate) fn stop(&self) {
         self.reporter.cancelled.store(true, Ordering::Relaxed);
     }
 
     /// The newest result, which may be the one of the last call.
     #[must_use]
-    pub fn latest(&self) -> Option<Arc<Update>> {
+    pub(crate) fn latest(&self) -> Option<Arc<Update>> {
         locked(&self.reporter.latest).clone()
     }
 
-    /// How far it is.
+    /// How much is done of the pass that goes on, 0 to 1.
     #[must_use]
-    pub fn progress(&self) -> BackgroundProgress {
-        let reporter = &self.reporter;
-        BackgroundProgress {
-            passes: reporter.passes.load(Ordering::Relaxed),
-            paths: reporter.paths.load(Ordering::Relaxed),
-            fraction: f32::from_bits(reporter.fraction.load(Ordering::Relaxed)),
-        }
+    pub(crate) fn progress(&self) -> f32 {
+        f32::from_bits(self.reporter.fraction.load(Ordering::Relaxed))
     }
 
     /// What has become of it.
     #[must_use]
-    pub fn state(&self) -> BackgroundState {
+    pub(crate) fn state(&self) -> BackgroundState {
         locked(&self.reporter.state).clone()
     }
 }
@@ -121,8 +103,6 @@ pub(super) struct Reporter {
     cancelled: AtomicBool,
     latest: Mutex<Option<Arc<Update>>>,
     state: Mutex<BackgroundState>,
-    passes: AtomicU32,
-    paths: AtomicU64,
     /// Bits of a float.
     fraction: AtomicU32,
 }
@@ -146,10 +126,8 @@ impl Reporter {
     }
 
     /// Shows a result of a pass of so many samples or paths.
-    pub(super) fn show(&self, update: Update, passes: u32, paths: u64) {
+    pub(super) fn show(&self, update: Update) {
         *locked(&self.latest) = Some(Arc::new(update));
-        self.passes.store(passes, Ordering::Relaxed);
-        self.paths.store(paths, Ordering::Relaxed);
         self.fraction.store(0.0_f32.to_bits(), Ordering::Relaxed);
         self.wake();
     }

@@ -7,7 +7,7 @@ use super::reference::{ReferenceJob, ReferenceState};
 use super::refine::{RefineJob, RefinedPictures};
 
 /// Work for [`Background`](super::Background).
-pub enum Job {
+pub(crate) enum Job {
     /// Pictures by closed forms, with more and more samples a pixel.
     Refine(RefineJob),
     /// A path-traced picture that converges.
@@ -16,7 +16,7 @@ pub enum Job {
 
 /// What comes of it, again and again.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Update {
+pub(crate) enum Update {
     /// Of [`Job::Refine`].
     Refined(RefinedPictures),
     /// Of [`Job::Reference`].

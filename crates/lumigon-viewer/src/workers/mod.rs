@@ -6,7 +6,7 @@ mod job;
 mod reference;
 mod refine;
 
-pub use background::{Background, BackgroundProgress, BackgroundState};
-pub use job::{Job, Update};
-pub use reference::{ReferenceJob, ReferenceState};
-pub use refine::{Look, RefineJob, RefinedPictures};
+pub(crate) use background::{Background, BackgroundState};
+pub(crate) use job::{Job, Update};
+pub(crate) use reference::{ReferenceJob, ReferenceState};
+pub(crate) use refine::{Look, RefineJob};

@@ -19,37 +19,37 @@ const LONGEST: Duration = Duration::from_secs(1);
 const LEAST_PATHS: u64 = 32;
 
 /// A path-traced picture of one view of a scene.
-pub struct ReferenceJob {
+pub(crate) struct ReferenceJob {
     /// Of the scene.
-    pub renderer: Arc<CpuRenderer<'static>>,
+    pub(crate) renderer: Arc<CpuRenderer<'static>>,
     /// From where it is seen.
-    pub camera: Camera,
+    pub(crate) camera: Camera,
     /// Size, samples a pixel, and which light counts. The number of paths is of no effect, and the seed is
     /// that of the first pass.
-    pub settings: ReferenceSettings,
+    pub(crate) settings: ReferenceSettings,
     /// It ends when [`ReferenceState::relative_noise`] is as low as this ...
-    pub target_noise: f64,
+    pub(crate) target_noise: f64,
     /// ... or there are as many paths a pixel as this.
-    pub most_paths: u64,
+    pub(crate) most_paths: u64,
 }
 
 /// A path-traced picture as it is so far.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ReferenceState {
+pub(crate) struct ReferenceState {
     /// Pixels across: of the first result a quarter of what is wanted.
-    pub width: u32,
+    pub(crate) width: u32,
     /// Pixels down.
-    pub height: u32,
+    pub(crate) height: u32,
     /// Radiance.
-    pub mean: Pixels,
+    pub(crate) mean: Pixels,
     /// Standard error of the radiance, as it is estimated from the paths.
-    pub error: Pixels,
+    pub(crate) error: Pixels,
     /// Passes that it is the mean of; 0 for the first result, the smaller picture.
-    pub passes: u32,
+    pub(crate) passes: u32,
     /// Paths a pixel of all passes; 0 for the first result too.
-    pub paths: u64,
+    pub(crate) paths: u64,
     /// The mean error over the mean radiance; 0 where all is black.
-    pub relative_noise: f64,
+    pub(crate) relative_noise: f64,
 }
 
 impl ReferenceState {
@@ -90,7 +90,7 @@ impl ReferenceJob {
                 paths: 0,
                 ..state
             };
-            reporter.show(Update::Reference(preview), 0, 0);
+            reporter.show(Update::Reference(preview));
         }
         let mut sums = Accumulation::default();
         // At least two for each of the pixel's samples.
@@ -107,7 +107,7 @@ impl ReferenceJob {
             let state = ReferenceState::new(size, &sums);
             let is_done = sums.paths >= self.most_paths
                 || sums.paths >= LEAST_PATHS && state.relative_noise <= self.target_noise;
-            reporter.show(Update::Reference(state), sums.passes, sums.paths);
+            reporter.show(Update::Reference(state));
             if is_done {
                 return Ok(());
             }

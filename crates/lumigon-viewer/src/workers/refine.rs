@@ -14,30 +14,30 @@ const SAMPLES: [u32; 3] = [1, 4, 16];
 
 /// One way to light a scene.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Look {
+pub(crate) struct Look {
     /// Size and methods; the number of samples is of no effect.
-    pub settings: RenderSettings,
+    pub(crate) settings: RenderSettings,
     /// What bounce light is computed by, if there is any.
-    pub bounce: Option<BounceSettings>,
+    pub(crate) bounce: Option<BounceSettings>,
 }
 
 /// Pictures of some looks at the same scene, as a rule one or two.
-pub struct RefineJob {
+pub(crate) struct RefineJob {
     /// Of the scene.
-    pub renderer: Arc<CpuRenderer<'static>>,
+    pub(crate) renderer: Arc<CpuRenderer<'static>>,
     /// From where it is seen.
-    pub camera: Camera,
+    pub(crate) camera: Camera,
     /// What is wanted.
-    pub looks: Vec<Look>,
+    pub(crate) looks: Vec<Look>,
 }
 
 /// A picture of each look.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RefinedPictures {
+pub(crate) struct RefinedPictures {
     /// Samples a pixel: 1, then 4, then 16.
-    pub samples: u32,
+    pub(crate) samples: u32,
     /// In the order of the looks.
-    pub pictures: Vec<Rendering>,
+    pub(crate) pictures: Vec<Rendering>,
 }
 
 impl RefineJob {
@@ -48,7 +48,7 @@ impl RefineJob {
             looks,
         } = self;
         let mut lights: Vec<VirtualLights> = Vec::new();
-        for (pass, samples) in (1..).zip(SAMPLES) {
+        for samples in SAMPLES {
             let mut pictures = Vec::new();
             for (i, look) in looks.iter().enumerate() {
                 if lights.len() == i {
@@ -72,7 +72,7 @@ impl RefineJob {
                 })?);
             }
             let refined = RefinedPictures { samples, pictures };
-            reporter.show(Update::Refined(refined), pass, samples.into());
+            reporter.show(Update::Refined(refined));
         }
         Ok(())
     }
@@ -140,7 +140,7 @@ mod tests {
         let Update::Refined(refined) = &*latest else {
             panic!("no pictures");
         };
-        assert_eq!((refined.samples, background.progress().paths), (16, 16));
+        assert_eq!(refined.samples, 16);
         let settings = RenderSettings {
             samples: 16,
             ..look(24, 15).settings
@@ -166,7 +166,7 @@ mod tests {
     fn it_stops_soon() {
         let job = job("screens.glb", vec![bounced(96, 60), look(1440, 900)]);
         let background = Background::start(Job::Refine(job), Box::new(|| ()));
-        while background.progress().fraction <= 0.5 {
+        while background.progress() <= 0.5 {
             std::thread::yield_now();
         }
         let start = Instant::now();
