@@ -60,7 +60,7 @@ fn middle(scene: &Scene, mesh: usize) -> Vec3 {
 type Edit = (&'static str, fn(&mut Scene));
 
 /// One after the other.
-const EDITS: [Edit; 7] = [
+const EDITS: [Edit; 8] = [
     ("nothing", |_| {}),
     ("moved", |scene| {
         let mesh = light_mesh(scene, 0);
@@ -77,6 +77,13 @@ const EDITS: [Edit; 7] = [
         place(scene, mesh, |p| {
             about + (p - about) * Vec3::new(1.5, 1.25, 0.75)
         });
+    }),
+    ("its picture slid over it", |scene| {
+        let mesh = light_mesh(scene, 0);
+        for at in &mut Arc::make_mut(&mut scene.meshes[mesh]).texcoords[0] {
+            at.x += 0.125;
+        }
+        find_lights(scene, mesh);
     }),
     ("brighter and two-sided", |scene| {
         let mesh = light_mesh(scene, 0);

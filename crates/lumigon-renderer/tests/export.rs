@@ -205,10 +205,20 @@ fn emissive(name: &str, emissive: Vec3) -> Material {
     }
 }
 
-/// The same polygons, in the same order.
+/// The same polygons, in any order.
 fn assert_same_lights(found: &Scene, expected: &Scene) {
-    assert_eq!(found.polygon_lights.len(), expected.polygon_lights.len());
-    for (a, b) in found.polygon_lights.iter().zip(&expected.polygon_lights) {
+    let mut left: Vec<_> = found.polygon_lights.iter().collect();
+    assert_eq!(left.len(), expected.polygon_lights.len());
+    for b in &expected.polygon_lights {
+        let size = b.area().sqrt();
+        let counts = |loops: &[Vec<[f64; 3]>]| loops.iter().map(Vec::len).collect::<Vec<_>>();
+        let place = left.iter().position(|a| {
+            let mut pairs = a.loops.iter().flatten().zip(b.loops.iter().flatten());
+            counts(&a.loops) == counts(&b.loops)
+                && pairs.all(|(&p, &q)| (DVec3::from(p) - DVec3::from(q)).length() < 1e-5 * size)
+        });
+        let a = place.unwrap_or_else(|| panic!("no light where {} is: {left:?}", b.name));
+        let a = left.remove(a);
         assert_eq!(a.name, b.name);
         assert_eq!(a.two_sided, b.two_sided);
         assert_eq!(a.image.is_some(), b.image.is_some());
@@ -220,13 +230,6 @@ fn assert_same_lights(found: &Scene, expected: &Scene) {
             a.radiance,
             b.radiance
         );
-        let size = b.area().sqrt();
-        let counts = |loops: &[Vec<[f64; 3]>]| loops.iter().map(Vec::len).collect::<Vec<_>>();
-        assert_eq!(counts(&a.loops), counts(&b.loops), "{}", a.name);
-        for (p, q) in a.loops.iter().flatten().zip(b.loops.iter().flatten()) {
-            let apart = (DVec3::from(*p) - DVec3::from(*q)).length();
-            assert!(apart < 1e-5 * size, "{}: {apart} of {size}", a.name);
-        }
     }
 }
 
@@ -341,8 +344,10 @@ fn a_light_taken_out_and_others_added_come_back() {
     let view = &json["bufferViews"][view.unwrap() as usize];
     let start = view["byteOffset"].as_u64().unwrap() as usize;
     assert_eq!(&binary[start..start + image.len()], &image);
-    // The light with a frame stands in it.
+    // The light that was taken out whole is the node it was; the others have new ones.
     let nodes = json["nodes"].as_array().unwrap();
+    assert_eq!(nodes.len(), node_count(&source_folder("cornell")) + 2);
+    // The light with a frame stands in it.
     let node = nodes.iter().find(|node| node["name"] == "shown").unwrap();
     assert_eq!(node["translation"], json!([0.1, 0.9, 0.2]));
 }
@@ -370,6 +375,44 @@ fn scenes_of_ours_come_back_with_every_light_taken_out() {
         );
         assert_same_lights(&read, &edited);
         assert_same_pictures(&read, &edited);
+    }
+}
+
+fn source_folder(name: &str) -> std::path::PathBuf {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/");
+    format!("{folder}{name}.glb").into()
+}
+
+fn node_count(path: &Path) -> usize {
+    parts(path).0["nodes"].as_array().unwrap().len()
+}
+
+/// Sessions that move a light and save leave one light, at one node.
+#[test]
+fn session_after_session_leaves_one_node() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = source_folder("cornell");
+    let count = node_count(&path);
+    let (mut original, mut source) = load(&path);
+    for session in 0..3 {
+        let mut edited = original.clone();
+        let moved = take_out(&mut edited, 0);
+        let place = frame(DVec3::new(0.1 * f64::from(session), 0.5, 0.0));
+        let mesh = Mesh {
+            source: None,
+            ..square_frame(
+                &edited.meshes[moved].name,
+                edited.meshes[moved].material,
+                &place,
+            )
+        };
+        edited.meshes[moved] = Arc::new(mesh);
+        relight(&mut edited, moved);
+        let frames = Frames::from([(moved, place)]);
+        let (read, again) = saved(&folder, "s.glb", &source, &original, &edited, &frames);
+        assert_same_lights(&read, &edited);
+        assert_eq!(node_count(&folder.path().join("s.glb")), count);
+        (original, source) = (read, again);
     }
 }
 
@@ -579,10 +622,12 @@ fn one_instance_is_edited_and_the_others_are_not() {
     );
     assert_same_lights(&read, &edited);
     let (json, _) = parts(&folder.path().join("c.glb"));
-    assert_eq!(
-        json["nodes"][0],
-        json!({"name": "plain", "extras": {"deep": {"er": null}}})
-    );
+    // The node itself is still there, and shows one of its lights.
+    assert_eq!(json["nodes"][0]["extras"], json!({"deep": {"er": null}}));
+    assert_eq!(json["nodes"][0]["name"], "plain");
+    let shown = json["nodes"][0]["mesh"].as_u64().unwrap() as usize;
+    assert!(shown >= 2);
+    assert_eq!(json["meshes"][shown]["name"], "strip");
     assert_eq!(json["nodes"][3]["mesh"], 0);
 }
 
@@ -668,6 +713,37 @@ fn what_was_not_edited_stays_as_it_is() {
             assert!((factor - expected["emissiveFactor"][i].as_f64().unwrap()).abs() < 1e-7);
         }
     }
+}
+
+#[test]
+fn area_lights_become_meshes_when_they_are_edited() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut built = Built::new();
+    let lights = json!([{"type": "rect", "size": 2, "rect": {"aspect": 0.5}, "intensity": 3}]);
+    built.json["extensions"] = json!({"EXT_lights_area": {"lights": lights}});
+    built.json["nodes"][0]["extensions"] = json!({"EXT_lights_area": {"light": 0}});
+    let (original, source) = built.write(&folder);
+    let light = original
+        .polygon_lights
+        .iter()
+        .position(|light| light.area() > 1.5);
+    let mut edited = original.clone();
+    let new = take_out(&mut edited, light.unwrap());
+    let material = edited.meshes[new].material;
+    edited.materials[material].emissive = Vec3::new(0.5, 3.0, 2.0);
+    relight(&mut edited, new);
+    let (read, _) = saved(
+        &folder,
+        "area.glb",
+        &source,
+        &original,
+        &edited,
+        &Frames::new(),
+    );
+    assert_same_lights(&read, &edited);
+    assert_same_pictures(&read, &edited);
+    let (json, _) = parts(&folder.path().join("area.glb"));
+    assert_eq!(json["nodes"][0], Built::new().json["nodes"][0]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The lights' baked distance fields, kept from picture to picture.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, TryLockError};
 
 use lumigon::{DistanceFieldError, DistanceFieldSettings, DistanceFields, PolygonLight};
 use lumigon_wgpu::Light;
@@ -22,10 +22,15 @@ struct Kept {
 impl FieldCache {
     /// For a scene whose lights may have changed: fields of shapes that have not are not baked again.
     pub(super) fn edited(&self) -> Self {
-        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        Self(Mutex::new(kept.as_ref().map(|kept| Kept {
+        // Whoever bakes now, in another thread, is not waited for.
+        let kept = match self.0.try_lock() {
+            Ok(kept) => kept.clone(),
+            Err(TryLockError::Poisoned(kept)) => kept.into_inner().clone(),
+            Err(TryLockError::WouldBlock) => None,
+        };
+        Self(Mutex::new(kept.map(|kept| Kept {
             is_current: false,
-            ..kept.clone()
+            ..kept
         })))
     }
 

@@ -54,8 +54,14 @@ use timings::Spent;
 /// neighbours, small enough to keep every thread busy to the end.
 const TILE: u32 = 16;
 
-/// Camera rays a pixel that are shaded together.
+/// Camera rays a pixel that are shaded together ...
 const SAMPLES_AT_ONCE: usize = 16;
+
+/// ... where there are no more lights than this. More lights take fewer, for work is stopped in between.
+const FEW_LIGHTS: usize = 64;
+
+/// Lights without a picture that take as long as one with.
+const IMAGE_COST: usize = 16;
 
 /// Most camera rays a pixel.
 const MAXIMUM_SAMPLES: u32 = 65_536;
@@ -229,7 +235,10 @@ impl<'a> CpuRenderer<'a> {
         let wanted = self.wanted(settings, frame.virtual_lights);
         let scene: &Scene = &self.scene;
         // A few samples at a time: thousands of them would fill memory, and be slow to stop.
-        for samples in samples.chunks(SAMPLES_AT_ONCE) {
+        let images = self.lights.iter().filter(|light| light.image.is_some());
+        let cost = self.lights.len() + frame.virtual_lights.len() + IMAGE_COST * images.count();
+        let at_once = (SAMPLES_AT_ONCE * FEW_LIGHTS / cost.max(FEW_LIGHTS)).max(1);
+        for samples in samples.chunks(at_once) {
             if watch.is_cancelled() {
                 return None;
             }

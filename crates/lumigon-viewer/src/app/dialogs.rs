@@ -136,7 +136,7 @@ impl App {
                 self.may_lose = true;
                 self.go_on();
             }
-            Answer::Recover(_) => {}
+            Answer::Recover(file) => self.recover(&file),
             Answer::Forget => {
                 if let Some(Dialog::Recover(found)) = dialog {
                     found.forget();

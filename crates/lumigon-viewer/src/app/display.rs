@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::Vec2;
 use lumigon_renderer::{
-    Camera, CpuRenderer, DisplaySettings, Gpu, GpuRenderer, PickedSurface, PictureError,
+    BounceCenters, BounceSettings, Camera, CpuRenderer, DisplaySettings, Gpu, GpuRenderer, PickedSurface, PictureError,
     PictureFormat, Pixels, Probe, ReferenceSettings, RenderError, RenderSettings, Scene, ToneMap,
     VirtualLights, Watch, srgb8, write_exr, write_png,
 };
@@ -171,6 +171,8 @@ pub(super) struct Display {
     /// Since when nothing has moved.
     still_since: Instant,
     background: Option<Background>,
+    /// Where cube maps look from that were chosen in the scene.
+    centers: Option<(BounceCenters, Vec<[f32; 3]>)>,
     stage: Stage,
     reference: Option<ReferenceState>,
     wake: Arc<dyn Fn() + Send + Sync>,
@@ -182,9 +184,14 @@ pub(super) struct Display {
 }
 
 impl Display {
-    pub(super) fn new(scene: &Arc<Scene>, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+    /// `renderer` is of the scene.
+    pub(super) fn new(
+        renderer: CpuRenderer<'static>,
+        scene: &Arc<Scene>,
+        wake: Arc<dyn Fn() + Send + Sync>,
+    ) -> Self {
         Self {
-            cpu: Arc::new(CpuRenderer::shared(Arc::clone(scene))),
+            cpu: Arc::new(renderer),
             gpu: None,
             is_software: false,
             device: None,
@@ -196,6 +203,7 @@ impl Display {
             seconds_a_pixel: 2e-7,
             still_since: Instant::now(),
             background: None,
+            centers: None,
             stage: Stage::Quick,
             reference: None,
             wake,
@@ -237,6 +245,16 @@ impl Display {
             ),
             _ => None,
         }
+    }
+
+    /// Renders what is on screen.
+    pub(super) fn renderer(&self) -> Arc<CpuRenderer<'static>> {
+        Arc::clone(&self.cpu)
+    }
+
+    /// Goes on from another renderer of the scene, or of one that is almost the same.
+    pub(super) fn take_renderer(&mut self, renderer: CpuRenderer<'static>) {
+        self.cpu = Arc::new(renderer);
     }
 
     /// The device is gone, and all that was on it.
@@ -415,12 +433,27 @@ impl Display {
             return Ok(VirtualLights::default());
         };
         let start = Instant::now();
+        // Places in the scene are sought once: they stay while lights are moved.
+        let settings = self.at_centers(bounce.clone());
         let lights = match &self.gpu {
-            Some(gpu) => gpu.virtual_lights(camera, bounce, Watch::none()),
-            None => self.cpu.virtual_lights(camera, bounce, Watch::none()),
-        };
+            Some(gpu) => gpu.virtual_lights(camera, &settings, Watch::none()),
+            None => self.cpu.virtual_lights(camera, &settings, Watch::none()),
+        }?;
+        if matches!(bounce.centers, BounceCenters::Scene(_)) {
+            self.centers = Some((bounce.centers.clone(), lights.centers().to_vec()));
+        }
         self.times.bounce += start.elapsed().as_secs_f64() * 1e3;
-        lights
+        Ok(lights)
+    }
+
+    /// Cube maps look from where they were chosen.
+    fn at_centers(&self, mut bounce: BounceSettings) -> BounceSettings {
+        if let Some((chosen, centers)) = &self.centers
+            && *chosen == bounce.centers
+        {
+            bounce.centers = BounceCenters::Points(centers.clone());
+        }
+        bounce
     }
 
     fn render(
@@ -657,7 +690,7 @@ impl Display {
                 let looks: Vec<_> = looks
                     .map(|side| workers::Look {
                         settings: side.look.render_settings(wish.size, 1),
-                        bounce: side.look.bounce.clone(),
+                        bounce: side.look.bounce.clone().map(|bounce| self.at_centers(bounce)),
                     })
                     .collect();
                 self.counts_in_full(context, wish);

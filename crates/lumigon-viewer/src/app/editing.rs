@@ -1,18 +1,18 @@
 //! What commands do.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec2, Vec3};
-use lumigon_renderer::{Limits, SaveError, ToneMap};
+use glam::{DVec2, Vec3};
+use lumigon_renderer::{CpuRenderer, Limits, ToneMap};
 
 use super::commands::Command;
 use super::dialogs::Dialog;
 use super::hands::Tool;
 use super::settings::{Content, Settings};
 use super::{App, Open};
+use crate::recovery::Edits;
 use crate::document::{
     EditError, FinishedImages, Light, LightId, PictureFile, PictureFit, Preset, outline, plane_frame,
 };
@@ -22,7 +22,7 @@ const NEW_SIZE: f64 = 0.25;
 
 /// Pictures of lights that are being finished.
 pub(super) struct ImagesAtWork {
-    finished: Receiver<FinishedImages>,
+    finished: Receiver<(FinishedImages, CpuRenderer<'static>)>,
 }
 
 impl App {
@@ -426,7 +426,7 @@ impl App {
         let Some(open) = &mut self.open else {
             return;
         };
-        match open.write(&path) {
+        match open.edits().save(&path) {
             Ok(()) => {
                 self.messages.notice(format!("Saved {}", path.display()));
                 open.document.mark_saved();
@@ -447,8 +447,12 @@ impl App {
         {
             let (send, finished) = channel();
             let wake = Arc::clone(&self.wake);
+            let renderer = open.display.renderer();
             std::thread::spawn(move || {
-                _ = send.send(job.run());
+                let finished = job.run();
+                // Filters the pictures, so that no frame has to.
+                let filtered = renderer.edited(Arc::new(finished.scene()));
+                _ = send.send((finished, filtered));
                 wake();
             });
             self.images = Some(ImagesAtWork { finished });
@@ -458,7 +462,7 @@ impl App {
             if open.document.is_saved() {
                 open.recovery.forget();
             } else {
-                // keep
+                open.recovery.keep(open.edits());
             }
         }
         if let Some(fault) = open.recovery.fault() {
@@ -474,9 +478,11 @@ impl App {
             return;
         };
         match work.finished.try_recv() {
-            Ok(finished) => {
-                if let Some(open) = &mut self.open {
-                    open.document.apply_images(finished);
+            Ok((finished, filtered)) => {
+                if let Some(open) = &mut self.open
+                    && open.document.apply_images(finished)
+                {
+                    open.display.take_renderer(filtered);
                 }
                 self.images = None;
             }
@@ -490,19 +496,18 @@ impl App {
 }
 
 impl Open {
-    /// Writes the scene as it is.
-    fn write(&self, path: &Path) -> Result<(), SaveError> {
-        let frames = self.frames();
-        self.source.save(&self.original, self.document.scene(), &frames, path)
-    }
-
-    /// Where the lights stand that have meshes of their own.
-    fn frames(&self) -> HashMap<usize, DAffine3> {
-        let of = |id| {
+    /// The scene as it is, for saving.
+    fn edits(&self) -> Edits {
+        let frame = |id| {
             let light = self.document.light(id)?;
             Some((self.document.own_mesh(id)?, light.world_from_plane))
         };
-        self.document.ids().filter_map(of).collect()
+        Edits {
+            source: Arc::clone(&self.source),
+            original: Arc::clone(&self.original),
+            edited: Arc::clone(self.document.scene()),
+            frames: self.document.ids().filter_map(frame).collect(),
+        }
     }
 
     pub(super) fn look_through(&mut self, camera: usize) {

@@ -83,6 +83,8 @@ pub(crate) struct App {
     /// The letter that a new letter light shows.
     letter: char,
     wants_to_close: bool,
+    /// What is being loaded are edits that were kept.
+    is_recovering: bool,
     /// The window is to close once nothing can be lost.
     is_leaving: bool,
     /// What is unsaved may be lost: the user said so.
@@ -113,6 +115,7 @@ impl App {
             has_hovered_file: false,
             letter: 'A',
             wants_to_close: false,
+            is_recovering: false,
             is_leaving: false,
             may_lose: false,
             images: None,
@@ -134,6 +137,16 @@ impl App {
         self.loading = Some((loading, path));
     }
 
+    /// Loads what was kept of edits, in the place of what is open; it is not saved.
+    fn recover(&mut self, file: &Path) {
+        let path = self.open.as_ref().and_then(|open| open.path.clone());
+        self.load(Some(file.to_owned()));
+        if let Some((_, place)) = &mut self.loading {
+            *place = path;
+        }
+        self.is_recovering = true;
+    }
+
     fn poll_loading(&mut self) {
         let Some((loading, _)) = &mut self.loading else {
             return;
@@ -146,7 +159,10 @@ impl App {
         };
         match result {
             Ok(loaded) => self.show(loaded, path),
-            Err(fault) => self.messages.error(fault.to_string()),
+            Err(fault) => {
+                self.is_recovering = false;
+                self.messages.error(fault.to_string());
+            }
         }
     }
 
@@ -161,8 +177,12 @@ impl App {
             },
         };
         let limits = lumigon_renderer::Limits::default();
-        let scene = Arc::unwrap_or_clone(loaded.scene);
-        let document = Document::with_settings(scene, settings, limits);
+        let scene = Scene::clone(&loaded.scene);
+        let mut document = Document::with_settings(scene, settings, limits);
+        let is_recovered = std::mem::take(&mut self.is_recovering);
+        if is_recovered {
+            document.mark_unsaved();
+        }
         for warning in &document.scene().warnings {
             self.messages.warning(warning.clone());
         }
@@ -171,8 +191,8 @@ impl App {
             false => 0,
         };
         let navigation = Navigation::new(document.scene(), camera);
-        let display = Display::new(document.scene(), Arc::clone(&self.wake));
-        if let Some(found) = path.as_deref().and_then(Recovery::found) {
+        let display = Display::new(loaded.renderer, document.scene(), Arc::clone(&self.wake));
+        if !is_recovered && let Some(found) = Recovery::found(path.as_deref()) {
             self.dialog = Some(Dialog::Recover(found));
         }
         let wake = Arc::clone(&self.wake);
@@ -180,7 +200,11 @@ impl App {
         self.hands = Hands::default();
         self.open = Some(Open {
             original: Arc::clone(document.scene()),
-            kept_version: document.version(),
+            kept_version: if is_recovered {
+                u64::MAX
+            } else {
+                document.version()
+            },
             source: loaded.source,
             path,
             document,

@@ -252,7 +252,10 @@ pub struct ImageJob {
 
 /// What an [`ImageJob`] made.
 #[derive(Debug)]
-pub struct FinishedImages(Vec<Finished>);
+pub struct FinishedImages {
+    scene: Arc<Scene>,
+    finished: Vec<Finished>,
+}
 
 #[derive(Debug)]
 struct Finished {
@@ -289,7 +292,28 @@ impl ImageJob {
                 fine: fine.into(),
             }
         };
-        FinishedImages(self.coarse.into_iter().map(finish).collect())
+        FinishedImages {
+            finished: self.coarse.into_iter().map(finish).collect(),
+            scene: self.scene,
+        }
+    }
+}
+
+impl FinishedImages {
+    /// The scene that the work was given, with the pictures finished: for a renderer to filter them before
+    /// the document shows them.
+    #[must_use]
+    pub fn scene(&self) -> Scene {
+        let mut scene = Scene::clone(&self.scene);
+        let is_other = |light: &EmissivePolygon| {
+            let mut meshes = self.finished.iter().map(|finished| finished.mesh);
+            !meshes.any(|mesh| mesh == light.mesh)
+        };
+        scene.polygon_lights.retain(is_other);
+        let fine = self.finished.iter().flat_map(|finished| finished.fine.iter());
+        scene.polygon_lights.extend(fine.cloned());
+        scene.polygon_lights.sort_by_key(|light| light.mesh);
+        scene
     }
 }
 
@@ -314,7 +338,7 @@ impl<S: Clone + PartialEq> Document<S> {
     /// no step, and nothing to save.
     pub fn apply_images(&mut self, finished: FinishedImages) -> bool {
         let mut patch = Patch::default();
-        for Finished { mesh, coarse, fine } in finished.0 {
+        for Finished { mesh, coarse, fine } in finished.finished {
             let renew = |polygons: &mut Polygons| {
                 let is_same = Arc::ptr_eq(&polygons.list, &coarse);
                 if is_same {

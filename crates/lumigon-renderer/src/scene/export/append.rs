@@ -1,18 +1,19 @@
 //! New meshes, each with a node of its own.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec2, Vec3, Vec4};
 use serde_json::{Map, Value, json};
 
 use super::{
     SaveError,
-    document::{Document, numbers},
+    document::{Document, Vacant, numbers},
     material::Materials,
     object,
 };
 use crate::scene::Mesh;
 
 /// Appends a mesh and its node, which stands at the root of the scene that is shown, placed by
-/// `world_from_local` where that is rigid. Meshes without triangles leave nothing.
+/// `world_from_local` where that is rigid; a vacant node of the same name is taken. Meshes without
+/// triangles leave nothing.
 pub(super) fn mesh(
     document: &mut Document<'_>,
     materials: &mut Materials<'_>,
@@ -60,12 +61,12 @@ pub(super) fn mesh(
             let none = std::iter::repeat_n([0.0; 2], mesh.positions.len());
             document.attribute(none.collect::<Vec<_>>().into_iter(), false)?
         } else {
-            document.attribute(set.iter().map(|uv| uv.to_array()), false)?
+            document.attribute(set.iter().map(Vec2::to_array), false)?
         };
         attribute(&format!("TEXCOORD_{i}"), texcoords);
     }
     if !mesh.colors.is_empty() {
-        let colors = mesh.colors.iter().map(|c| c.to_array());
+        let colors = mesh.colors.iter().map(Vec4::to_array);
         attribute("COLOR_0", document.attribute(colors, false)?);
     }
     let indices = document.indices(&mesh.triangles, mesh.positions.len())?;
@@ -73,7 +74,24 @@ pub(super) fn mesh(
     if let Some(material) = materials.index(document, mesh.material)? {
         primitive["material"] = json!(material);
     }
-    let index = document.push("meshes", json!({"primitives": [primitive]}))?;
+    let mut json = json!({"primitives": [primitive]});
+    // What came off a node goes back there: a light that was edited stays the node it was.
+    let is_its = |vacant: &Vacant| vacant.names.contains(&mesh.name);
+    if let Some(found) = document.vacant.iter().position(is_its) {
+        let vacant = document.vacant.remove(found);
+        if let Some(name) = vacant.mesh_name {
+            json["name"] = name;
+        }
+        let index = document.push("meshes", json)?;
+        node.insert("mesh".to_owned(), json!(index));
+        let old = document.object("nodes", vacant.node)?;
+        old.retain(|key, _| {
+            !["matrix", "translation", "rotation", "scale"].contains(&key.as_str())
+        });
+        old.extend(node);
+        return Ok(());
+    }
+    let index = document.push("meshes", json)?;
     node.insert("mesh".to_owned(), json!(index));
     if !mesh.name.is_empty() {
         node.insert("name".to_owned(), json!(mesh.name));

@@ -26,6 +26,17 @@ pub(super) struct Document<'a> {
     /// What it grows by, from `start` on.
     added: Vec<u8>,
     start: usize,
+    /// Nodes whose mesh is gone.
+    pub(super) vacant: Vec<Vacant>,
+}
+
+/// A node whose mesh is gone and that stands for nothing else.
+pub(super) struct Vacant {
+    pub(super) node: usize,
+    /// What the scene calls the meshes that were there.
+    pub(super) names: Vec<String>,
+    /// What the file calls the mesh that was there.
+    pub(super) mesh_name: Option<Value>,
 }
 
 impl<'a> Document<'a> {
@@ -50,6 +61,7 @@ impl<'a> Document<'a> {
             growing,
             added: Vec::new(),
             start,
+            vacant: Vec::new(),
         })
     }
 

@@ -67,6 +67,9 @@ impl GltfSource {
     /// another way is written anew, in world space. `frames` are rigid transforms, world from local, for
     /// the nodes of new meshes by their index; without one a mesh's node stands at the origin.
     ///
+    /// A root node that lost all of its mesh, and has no other purpose, is taken by a new mesh of the same
+    /// name: a light that was edited stays the node it was. Other new meshes get new nodes.
+    ///
     /// Triangles that a mesh lost leave one node: others that show the same glTF mesh keep theirs.
     /// Pictures in floating point, which glTF does not have, become 16-bit PNG, scaled by their brightest
     /// texel; the emissive strength makes up for it.
@@ -120,10 +123,10 @@ impl GltfSource {
 }
 
 /// An object of the document, or an error that names its place.
-fn object<'v>(
-    value: Option<&'v mut Value>,
+fn object(
+    value: Option<&mut Value>,
     place: impl FnOnce() -> String,
-) -> Result<&'v mut Map<String, Value>, SaveError> {
+) -> Result<&mut Map<String, Value>, SaveError> {
     value
         .and_then(Value::as_object_mut)
         .ok_or_else(|| SaveError::File {

@@ -3,9 +3,14 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use gltf::json;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
-use super::{GltfSource, SaveError, document::Document, material::Materials, object};
+use super::{
+    GltfSource, SaveError,
+    document::{Document, Vacant},
+    material::Materials,
+    object,
+};
 use crate::scene::{Mesh, MeshSource, Scene, import};
 
 /// What becomes of one primitive.
@@ -15,6 +20,8 @@ struct Change {
     left: Option<Vec<[u32; 3]>>,
     /// Another material: the file's index, or glTF's default one.
     material: Option<Option<usize>>,
+    /// What the scene calls it.
+    name: String,
 }
 
 /// Patches the file's meshes and nodes. Returns the indices of those meshes that must be written anew,
@@ -58,6 +65,7 @@ pub(super) fn patch(
             }) => {
                 let change = changes.entry((node, mesh)).or_default();
                 let change = change.entry(primitive).or_default();
+                change.name.clone_from(&old.name);
                 let key = Key { mirrored, unshared };
                 let Some(gone) = key.gone(old, new) else {
                     change.left = Some(Vec::new());
@@ -177,6 +185,7 @@ fn patch_node(
     changes: BTreeMap<usize, Change>,
 ) -> Result<(), SaveError> {
     let place = format!("meshes[{mesh}].primitives");
+    let names = changes.values().map(|change| change.name.clone()).collect();
     let mut copy = document.object("meshes", mesh)?.clone();
     let primitives = copy.get_mut("primitives").and_then(Value::as_array_mut);
     let primitives = primitives.ok_or_else(|| SaveError::File {
@@ -218,10 +227,17 @@ fn patch_node(
         !empty.contains(&(index - 1))
     });
     if primitives.is_empty() {
-        let node = document.object("nodes", node)?;
+        let object = document.object("nodes", node)?;
         // These mean nothing without a mesh, and glTF forbids them.
         for key in ["mesh", "skin", "weights"] {
-            node.remove(key);
+            object.remove(key);
+        }
+        if is_vacant(document.json(), node) {
+            document.vacant.push(Vacant {
+                node,
+                names,
+                mesh_name: copy.remove("name"),
+            });
         }
         return Ok(());
     }
@@ -236,6 +252,39 @@ fn patch_node(
         *document.object("meshes", mesh)? = copy;
     }
     Ok(())
+}
+
+/// Whether another mesh may take a node over, and place it: it is a root, has nothing but a name and a
+/// place, and neither an animation nor a skin moves it or is moved by it.
+fn is_vacant(json: &Map<String, Value>, node: usize) -> bool {
+    let list =
+        |value: Option<&'_ Value>| value.and_then(Value::as_array).cloned().unwrap_or_default();
+    let is_node = |value: &Value| value.as_u64() == Some(node as u64);
+    let nodes = json.get("nodes").and_then(Value::as_array);
+    let bare = [
+        "name",
+        "extras",
+        "matrix",
+        "translation",
+        "rotation",
+        "scale",
+    ];
+    let is_bare = nodes
+        .and_then(|nodes| nodes.get(node)?.as_object())
+        .is_some_and(|node| node.keys().all(|key| bare.contains(&key.as_str())));
+    let is_child = |parent: &Value| list(parent.get("children")).iter().any(is_node);
+    let is_moved = |animation: &Value| {
+        let channels = list(animation.get("channels"));
+        let target = |channel: &Value| channel.get("target")?.get("node").map(is_node);
+        channels.iter().any(|channel| target(channel) == Some(true))
+    };
+    let is_bone = |skin: &Value| {
+        list(skin.get("joints")).iter().any(is_node) || skin.get("skeleton").is_some_and(is_node)
+    };
+    is_bare
+        && !nodes.is_some_and(|nodes| nodes.iter().any(is_child))
+        && !list(json.get("animations")).iter().any(is_moved)
+        && !list(json.get("skins")).iter().any(is_bone)
 }
 
 /// Takes the area light from a node.
