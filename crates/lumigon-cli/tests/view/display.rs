@@ -43,7 +43,12 @@ impl Display {
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
             .stdin(Stdio::null());
-        for name in ["XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME"] {
+        for name in [
+            "XDG_CACHE_HOME",
+            "XDG_CONFIG_HOME",
+            "XDG_DATA_HOME",
+            "XDG_STATE_HOME",
+        ] {
             command.env(name, home.join(name.to_lowercase()));
         }
         command
@@ -51,15 +56,28 @@ impl Display {
 
     /// Does what a user's hands do: the words are xdotool's. What it says.
     pub fn hands(&self, words: &str) -> String {
+        let (succeeds, said) = self.xdotool(words);
+        assert!(succeeds, "xdotool {words}: {said}");
+        said
+    }
+
+    /// What xdotool finds; nothing where there is no such thing.
+    pub fn look(&self, words: &str) -> String {
+        match self.xdotool(words) {
+            (true, said) => said,
+            (false, _) => String::new(),
+        }
+    }
+
+    fn xdotool(&self, words: &str) -> (bool, String) {
         let output = Command::new("xdotool")
             .args(words.split_whitespace())
             .env("DISPLAY", &self.name)
             .output()
             .unwrap_or_else(|fault| panic!("xdotool: {fault}: install the package xdotool"));
-        let said = String::from_utf8_lossy(&output.stdout);
-        let complaint = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "xdotool {words}: {said}{complaint}");
-        said.trim().to_owned()
+        let said = [output.stdout, output.stderr].concat();
+        let said = String::from_utf8_lossy(&said).trim().to_owned();
+        (output.status.success(), said)
     }
 
     /// The server ends, as when a user's session does.

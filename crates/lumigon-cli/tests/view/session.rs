@@ -27,7 +27,8 @@ impl Session {
     pub fn with(scene: &str) -> Self {
         let this = Self::new();
         let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-        std::fs::copy(from.join(scene), this.path(scene)).unwrap();
+        let from = from.join(scene);
+        std::fs::copy(&from, this.folder.path().join(from.file_name().unwrap())).unwrap();
         this
     }
 
@@ -51,16 +52,12 @@ impl Session {
 
     /// Replays a script in a window on a scene, which must end well.
     pub fn replay(&self, scene: &str, script: &str) -> Output {
-        let output = self.try_replay(scene, script);
+        std::fs::write(self.path("input.txt"), script).unwrap();
+        let words = format!("view {scene} --size 900x600 --backend cpu --replay input.txt");
+        let output = self.start(&words).end();
         let complaint = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success(), "{}: {complaint}", output.status);
         output
-    }
-
-    pub fn try_replay(&self, scene: &str, script: &str) -> Output {
-        std::fs::write(self.path("input.txt"), script).unwrap();
-        let words = format!("view {scene} --size 900x600 --backend cpu --replay input.txt");
-        self.start(&words).end()
     }
 
     /// A picture that a window or the command wrote.
@@ -111,7 +108,10 @@ impl Viewer {
             if self.ticks() <= before + 1 {
                 return;
             }
-            assert!(start.elapsed() < PATIENCE, "the viewer does not come to rest");
+            assert!(
+                start.elapsed() < PATIENCE,
+                "the viewer does not come to rest"
+            );
         }
     }
 }
@@ -133,7 +133,11 @@ pub struct Image(image::RgbImage);
 impl Image {
     pub fn open(path: &Path) -> Self {
         let image = image::open(path);
-        Self(image.unwrap_or_else(|fault| panic!("{}: {fault}", path.display())).into_rgb8())
+        Self(
+            image
+                .unwrap_or_else(|fault| panic!("{}: {fault}", path.display()))
+                .into_rgb8(),
+        )
     }
 
     pub fn size(&self) -> [u32; 2] {
