@@ -66,7 +66,7 @@ enum Backend {
 
 impl ViewCommand {
     pub(crate) fn run(&self) -> Result<(), Failure> {
-        if !(self.exposure.abs() <= 30.0) {
+        if self.exposure.is_nan() || self.exposure.abs() > 30.0 {
             return Err("the exposure is out of range: give -30 to 30 stops".into());
         }
         if let Some(path) = &self.screenshot {

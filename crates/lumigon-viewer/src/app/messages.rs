@@ -70,9 +70,10 @@ impl Messages {
         if let Some(left) = next {
             ui.ctx().request_repaint_after_secs(left.max(0.01) as f32);
         }
-        egui::Area::new(egui::Id::unique("messages"))
+        let corner = rect.left_bottom() + egui::vec2(10.0, -10.0);
+        let area = egui::Area::new(egui::Id::unique("messages"))
             .pivot(Align2::LEFT_BOTTOM)
-            .fixed_pos(rect.left_bottom() + egui::vec2(10.0, -10.0))
+            .fixed_pos(corner)
             .show(ui.ctx(), |ui| {
                 ui.set_max_width((rect.width() * 0.7).max(200.0));
                 for (i, message) in self.0.iter().enumerate().rev().take(6).rev() {
@@ -95,6 +96,10 @@ impl Messages {
                     });
                 }
             });
+        // It was placed by its height of the frame before.
+        if area.response.rect.left_bottom().distance(corner) > 0.5 {
+            ui.ctx().request_repaint();
+        }
         if let Some(i) = closed {
             self.0.remove(i);
             ui.ctx().request_repaint();

@@ -72,7 +72,11 @@ impl App {
             ui.label(open.display.status());
             ui.separator();
             let lights = open.document.scene().polygon_lights.len();
-            ui.label(format!("{lights} lights"));
+            ui.label(if lights == 1 {
+                "1 light".to_owned()
+            } else {
+                format!("{lights} lights")
+            });
             if let Some(convergence) = open.display.convergence() {
                 ui.separator();
                 let share = convergence.progress();
