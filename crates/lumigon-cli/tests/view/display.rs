@@ -5,14 +5,14 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
 /// An X server that draws into memory; it ends with the value, also where a test fails.
-pub struct Display {
+pub(crate) struct Display {
     server: Child,
     name: String,
 }
 
 impl Display {
     /// A display that nobody else has.
-    pub fn open() -> Self {
+    pub(crate) fn open() -> Self {
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1280x800x24"])
             .args(["-nolisten", "tcp", "-noreset"])
@@ -35,7 +35,7 @@ impl Display {
     }
 
     /// The command on this display. What it remembers for its user goes into `home`.
-    pub fn lumigon(&self, home: &Path) -> Command {
+    pub(crate) fn lumigon(&self, home: &Path) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_lumigon"));
         command
             .env("DISPLAY", &self.name)
@@ -55,14 +55,14 @@ impl Display {
     }
 
     /// Does what a user's hands do: the words are xdotool's. What it says.
-    pub fn hands(&self, words: &str) -> String {
+    pub(crate) fn hands(&self, words: &str) -> String {
         let (succeeds, said) = self.xdotool(words);
         assert!(succeeds, "xdotool {words}: {said}");
         said
     }
 
     /// What xdotool finds; nothing where there is no such thing.
-    pub fn look(&self, words: &str) -> String {
+    pub(crate) fn look(&self, words: &str) -> String {
         match self.xdotool(words) {
             (true, said) => said,
             (false, _) => String::new(),
@@ -81,7 +81,7 @@ impl Display {
     }
 
     /// The server ends, as when a user's session does.
-    pub fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         self.server.kill().unwrap();
         self.server.wait().unwrap();
     }

@@ -10,13 +10,13 @@ use crate::display::Display;
 const PATIENCE: Duration = Duration::from_secs(240);
 
 /// A folder, and a display for windows on its scenes.
-pub struct Session {
-    pub display: Display,
+pub(crate) struct Session {
+    pub(crate) display: Display,
     folder: tempfile::TempDir,
 }
 
 impl Session {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             display: Display::open(),
             folder: tempfile::tempdir().unwrap(),
@@ -24,7 +24,7 @@ impl Session {
     }
 
     /// A session with a copy of a scene of the repository, which may be written over.
-    pub fn with(scene: &str) -> Self {
+    pub(crate) fn with(scene: &str) -> Self {
         let this = Self::new();
         let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
         let from = from.join(scene);
@@ -33,12 +33,12 @@ impl Session {
     }
 
     /// A file of the folder.
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 
     /// Starts the command in the folder, `words` its arguments.
-    pub fn start(&self, words: &str) -> Viewer {
+    pub(crate) fn start(&self, words: &str) -> Viewer {
         let mut command = self.display.lumigon(self.folder.path());
         let child = command
             .args(words.split_whitespace())
@@ -51,7 +51,7 @@ impl Session {
     }
 
     /// Replays a script in a window on a scene, which must end well.
-    pub fn replay(&self, scene: &str, script: &str) -> Output {
+    pub(crate) fn replay(&self, scene: &str, script: &str) -> Output {
         std::fs::write(self.path("input.txt"), script).unwrap();
         let words = format!("view {scene} --size 900x600 --backend cpu --replay input.txt");
         let output = self.start(&words).end();
@@ -61,21 +61,21 @@ impl Session {
     }
 
     /// A picture that a window or the command wrote.
-    pub fn image(&self, name: &str) -> Image {
+    pub(crate) fn image(&self, name: &str) -> Image {
         Image::open(&self.path(name))
     }
 }
 
 /// A running viewer; it ends with the value, also where a test fails.
-pub struct Viewer(Option<Child>);
+pub(crate) struct Viewer(Option<Child>);
 
 impl Viewer {
-    pub fn id(&self) -> u32 {
+    pub(crate) fn id(&self) -> u32 {
         self.0.as_ref().unwrap().id()
     }
 
     /// Waits until it ends by itself.
-    pub fn end(mut self) -> Output {
+    pub(crate) fn end(mut self) -> Output {
         let start = Instant::now();
         let child = self.0.as_mut().unwrap();
         while child.try_wait().unwrap().is_none() {
@@ -86,7 +86,7 @@ impl Viewer {
     }
 
     /// Processor time it has used, in clock ticks, a hundredth of a second each.
-    pub fn ticks(&self) -> u64 {
+    pub(crate) fn ticks(&self) -> u64 {
         let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.id())).unwrap();
         // The name in brackets may hold anything; the 14th and 15th fields count from before it.
         let (_, fields) = stat.rsplit_once(')').unwrap();
@@ -100,7 +100,7 @@ impl Viewer {
     }
 
     /// Waits until it has used next to no processor time for half a second.
-    pub fn rest(&self) {
+    pub(crate) fn rest(&self) {
         let start = Instant::now();
         loop {
             let before = self.ticks();
@@ -128,10 +128,10 @@ impl Drop for Viewer {
 
 /// Eight bits a channel.
 #[derive(PartialEq)]
-pub struct Image(image::RgbImage);
+pub(crate) struct Image(image::RgbImage);
 
 impl Image {
-    pub fn open(path: &Path) -> Self {
+    pub(crate) fn open(path: &Path) -> Self {
         let image = image::open(path);
         Self(
             image
@@ -140,30 +140,30 @@ impl Image {
         )
     }
 
-    pub fn size(&self) -> [u32; 2] {
+    pub(crate) fn size(&self) -> [u32; 2] {
         self.0.dimensions().into()
     }
 
     /// A rectangle of it, from `x`, `y` as wide and high as `size`.
-    pub fn part(&self, x: u32, y: u32, size: [u32; 2]) -> Self {
+    pub(crate) fn part(&self, x: u32, y: u32, size: [u32; 2]) -> Self {
         Self(image::imageops::crop_imm(&self.0, x, y, size[0], size[1]).to_image())
     }
 
     /// The largest difference of a channel from another image of its size.
-    pub fn difference(&self, other: &Self) -> u8 {
+    pub(crate) fn difference(&self, other: &Self) -> u8 {
         assert_eq!(self.size(), other.size());
         let pairs = self.0.iter().zip(other.0.iter());
         pairs.map(|(a, b)| a.abs_diff(*b)).max().unwrap()
     }
 
     /// The mean of all channels, 0 to 255.
-    pub fn mean(&self) -> f64 {
+    pub(crate) fn mean(&self) -> f64 {
         let sum: u64 = self.0.iter().map(|&channel| u64::from(channel)).sum();
         sum as f64 / self.0.len() as f64
     }
 
     /// Pixels of about that colour.
-    pub fn count(&self, color: [u8; 3]) -> usize {
+    pub(crate) fn count(&self, color: [u8; 3]) -> usize {
         let is_near = |pixel: &image::Rgb<u8>| {
             let pairs = pixel.0.into_iter().zip(color);
             pairs.into_iter().all(|(a, b)| a.abs_diff(b) < 12)
