@@ -94,6 +94,17 @@ impl App {
             Command::Panels => self.has_panels = !self.has_panels,
             Command::Timings => self.numbers.has_graph = !self.numbers.has_graph,
             Command::Probe => self.numbers.has_probe = !self.numbers.has_probe,
+            Command::Undo | Command::Redo => {
+                // What is being dragged is part of what is taken back.
+                self.hands.give_up();
+                self.hands.vertex = None;
+                if let Some(open) = &mut self.open {
+                    _ = match command {
+                        Command::Undo => open.document.undo(),
+                        _ => open.document.redo(),
+                    };
+                }
+            }
             Command::Deselect => self.let_go(),
             Command::Shape => self.hands.tool = Tool::Shape,
             Command::Move => self.hands.tool = Tool::Move,
