@@ -26,7 +26,6 @@ fn saved_scenes_come_back_as_they_were() {
         screenshot saved.png
         point "Saved saved.glb"
         picture before.png
-        picture before.exr
         "#,
     );
     assert!(
@@ -37,16 +36,19 @@ fn saved_scenes_come_back_as_they_were() {
     );
     session.replay(
         "saved.glb",
-        "settle\n picture after.png\n screenshot reopened.png\n picture after.exr\n",
+        "settle\n picture after.png\n screenshot reopened.png\n",
     );
-    assert_eq!(session.image("after.png"), session.image("before.png"));
+    // Coordinates are rounded to the file's 32 bits.
+    let before = session.image("before.png");
+    let difference = session.image("after.png").difference(&before);
+    assert!(difference <= 1, "{difference}");
 
     let words = "render saved.glb --size 380x550 --samples 16 -o rendered.png";
     let output = session.start(words).end();
     assert!(output.status.success(), "{output:?}");
     let difference = session
         .image("rendered.png")
-        .difference(&session.image("before.png"));
+        .difference(&before);
     assert!(difference <= 1, "{difference}");
 }
 
