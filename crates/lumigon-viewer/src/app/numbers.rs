@@ -130,7 +130,7 @@ impl App {
         let corner = self.picture_rect.right_top();
         if self.numbers.has_probe {
             egui::Window::new("Probe")
-                .default_pos(corner + egui::vec2(-330.0, 10.0))
+                .default_pos(corner + egui::vec2(-430.0, 10.0))
                 .resizable(false)
                 .show(ui, |ui| self.probe_table(ui));
         }
