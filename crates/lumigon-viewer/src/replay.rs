@@ -593,7 +593,7 @@ mod tests {
     #[test]
     fn faults_name_the_line_and_the_mend() {
         for (text, expected) in [
-            ("\nclik 1 2", "line 2: clik is no action"),
+            ("\ntap 1 2", "line 2: tap is no action"),
             ("click 1", "a number is missing"),
             ("click NaN 1", "out of range"),
             ("click 1 2 thumb", "thumb is no button"),

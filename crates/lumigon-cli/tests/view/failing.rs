@@ -7,7 +7,10 @@ fn fails_with(viewer: Viewer, words: &str) {
     let output = viewer.end();
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(said.starts_with("lumigon: ") && said.contains(words), "{said}");
+    assert!(
+        said.starts_with("lumigon: ") && said.contains(words),
+        "{said}"
+    );
 }
 
 #[test]

@@ -46,9 +46,7 @@ fn saved_scenes_come_back_as_they_were() {
     let words = "render saved.glb --size 380x550 --samples 16 -o rendered.png";
     let output = session.start(words).end();
     assert!(output.status.success(), "{output:?}");
-    let difference = session
-        .image("rendered.png")
-        .difference(&before);
+    let difference = session.image("rendered.png").difference(&before);
     assert!(difference <= 1, "{difference}");
 }
 
