@@ -16,6 +16,7 @@
 //! drop picture.png          a file, onto the window, where the pointer is
 //! wait 10                   frames
 //! screenshot a.png          the window; `picture a.exr` the picture alone
+//! lose-device               the GPU is gone, as drivers lose it
 //! ```
 //!
 //! Each action has at least a frame of its own, and each frame the same length: what is replayed does
@@ -62,6 +63,7 @@ enum Action {
     Wait(u32),
     Screenshot(PathBuf),
     Picture(PathBuf),
+    LoseDevice,
 }
 
 /// What a frame is to do besides the events that egui gets.
@@ -71,6 +73,7 @@ pub(crate) enum Demand {
     Drop(PathBuf),
     Screenshot(PathBuf),
     Picture(PathBuf),
+    LoseDevice,
 }
 
 /// Why recorded input stops.
@@ -256,6 +259,10 @@ impl Replay {
                 demand = Some(Demand::Picture(path));
                 true
             }
+            Action::LoseDevice => {
+                demand = Some(Demand::LoseDevice);
+                true
+            }
         };
         if is_done {
             self.actions.pop_front();
@@ -405,6 +412,7 @@ fn action(words: &[String]) -> Result<Action, String> {
         "drop" => (Action::Drop(word(0)?.into()), 1),
         "screenshot" => (Action::Screenshot(word(0)?.into()), 1),
         "picture" => (Action::Picture(word(0)?.into()), 1),
+        "lose-device" => (Action::LoseDevice, 0),
         other => {
             return Err(format!(
                 "{other} is no action: use click, double-click, drag, point, press, release, wheel, \

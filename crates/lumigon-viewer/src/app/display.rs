@@ -184,6 +184,8 @@ pub(super) struct Display {
     /// Since when nothing has moved.
     still_since: Instant,
     background: Option<Background>,
+    /// Its newest result that is on screen.
+    seen: Option<Arc<Update>>,
     /// Where cube maps look from that were chosen in the scene.
     centers: Option<(BounceCenters, Vec<[f32; 3]>)>,
     stage: Stage,
@@ -216,6 +218,7 @@ impl Display {
             seconds_a_pixel: 2e-7,
             still_since: Instant::now(),
             background: None,
+            seen: None,
             centers: None,
             stage: Stage::Quick,
             reference: None,
@@ -332,6 +335,7 @@ impl Display {
 
     fn stop(&mut self) {
         self.background = None;
+        self.seen = None;
         self.stage = Stage::Quick;
         self.reference = None;
     }
@@ -603,7 +607,11 @@ impl Display {
         };
         let state = background.state();
         let latest = background.latest();
-        match latest.as_deref() {
+        let is_seen = match (&latest, &self.seen) {
+            (Some(latest), Some(seen)) => Arc::ptr_eq(latest, seen),
+            _ => false,
+        };
+        match latest.as_deref().filter(|_| !is_seen) {
             Some(Update::Refined(refined)) => {
                 let mut pictures = refined.pictures.iter();
                 for (i, side) in wish.settings.shown().iter().enumerate() {
@@ -621,17 +629,12 @@ impl Display {
                 }
             }
             Some(Update::Reference(reference)) => {
-                let is_new = self
-                    .reference
-                    .as_ref()
-                    .is_none_or(|old| old.paths != reference.paths);
-                if is_new {
-                    self.reference = Some(reference.clone());
-                    self.show_reference(context, wish);
-                }
+                self.reference = Some(reference.clone());
+                self.show_reference(context, wish);
             }
             None => {}
         }
+        self.seen = latest.or(self.seen.take());
         match state {
             BackgroundState::Running => {}
             BackgroundState::Failed(reason) => {

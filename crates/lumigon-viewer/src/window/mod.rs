@@ -133,7 +133,8 @@ struct Shown {
     window: Arc<Window>,
     context: egui::Context,
     input: egui_winit::State,
-    painter: Painter,
+    /// None while a lost device is replaced.
+    painter: Option<Painter>,
     /// Devices in a row that failed before they showed anything.
     failures: u32,
 }
@@ -162,13 +163,15 @@ impl Shown {
             window,
             context,
             input,
-            painter,
+            painter: Some(painter),
             failures: 0,
         })
     }
 
     /// A new device after the old one is lost; what the interface remembers is kept.
     fn restore(&mut self, options: &Options) -> Result<(), GpuError> {
+        // A window bears one surface at a time.
+        self.painter = None;
         // The textures are gone: a new context gives them anew.
         let context = egui::Context::default();
         let memory = self.context.memory(Clone::clone);
@@ -177,8 +180,9 @@ impl Shown {
             context.enable_accesskit();
         }
         crate::app::style(&context);
-        self.painter = Painter::new(&self.window, preference(options.backend))?;
-        self.input = egui_input(&context, &self.window, &self.painter);
+        let painter = Painter::new(&self.window, preference(options.backend))?;
+        self.input = egui_input(&context, &self.window, &painter);
+        self.painter = Some(painter);
         self.context = context;
         Ok(())
     }
@@ -262,7 +266,11 @@ impl ApplicationHandler<Wake> for Viewer {
                 }
                 shown.window.request_redraw();
             }
-            WindowEvent::Resized(size) => shown.painter.resize([size.width, size.height]),
+            WindowEvent::Resized(size) => {
+                if let Some(painter) = &mut shown.painter {
+                    painter.resize([size.width, size.height]);
+                }
+            }
             WindowEvent::DroppedFile(path) => self.dropped.push(path.clone()),
             WindowEvent::HoveredFile(_) => self.app.set_hovered_file(true),
             WindowEvent::HoveredFileCancelled => self.app.set_hovered_file(false),
@@ -301,6 +309,9 @@ impl Viewer {
         let Some(shown) = &mut self.shown else {
             return Ok(true);
         };
+        let Some(painter) = &mut shown.painter else {
+            return Ok(true);
+        };
         let start = Instant::now();
         let mut raw = shown.input.take_egui_input(&shown.window);
         // Files come by their paths.
@@ -328,6 +339,9 @@ impl Viewer {
         if let Some(recording) = &mut self.recording {
             recording.frame(&raw.events, &self.dropped);
         }
+        if let Some(Demand::LoseDevice) = &demand {
+            painter.gpu.device().destroy();
+        }
         if let Some(Demand::Resize(size)) = &demand {
             let size = winit::dpi::LogicalSize::new(size.x, size.y);
             _ = shown.window.request_inner_size(size);
@@ -336,8 +350,8 @@ impl Viewer {
 
         let context = shown.context.clone();
         let mut surroundings = Surroundings {
-            gpu: shown.painter.gpu.clone(),
-            interface: &mut shown.painter.renderer,
+            gpu: painter.gpu.clone(),
+            interface: &mut painter.renderer,
         };
         let app = &mut self.app;
         let output = context.run_ui(raw, |ui| app.frame(ui, &mut surroundings));
@@ -375,7 +389,7 @@ impl Viewer {
             _ if is_over => self.options.screenshot.clone(),
             _ => None,
         };
-        let painted = shown.painter.paint(&drawn, screenshot.is_some());
+        let painted = painter.paint(&drawn, screenshot.is_some());
         // What a lost device did not take, the next one gets anew.
         drawn.textures.clear();
         match painted {

@@ -1,5 +1,6 @@
 //! egui on a window's surface.
 
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
 use lumigon_renderer::{Gpu, GpuError, GpuPreference};
@@ -84,6 +85,23 @@ impl Painter {
     ///
     /// Pixels are drawn a second time, to a texture that can be read on every system.
     pub(super) fn paint(
+        &mut self,
+        drawn: &Drawn,
+        capture: bool,
+    ) -> Result<Option<egui::ColorImage>, GpuError> {
+        let lost = |reason| Err(GpuError::Lost { reason });
+        if let Some(reason) = self.gpu.is_lost() {
+            return lost(reason);
+        }
+        // The interface's renderer takes a buffer that a lost device refuses for a fault of ours.
+        let painted = catch_unwind(AssertUnwindSafe(|| self.paint_now(drawn, capture)));
+        painted.unwrap_or_else(|panic| match self.gpu.is_lost() {
+            Some(reason) => lost(reason),
+            None => resume_unwind(panic),
+        })
+    }
+
+    fn paint_now(
         &mut self,
         drawn: &Drawn,
         capture: bool,
