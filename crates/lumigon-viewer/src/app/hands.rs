@@ -12,7 +12,7 @@ use crate::document::{EditError, Light, LightId, OutlineFault};
 const HANDLE: f32 = 16.0;
 /// Length of a gizmo's arrows, in points.
 const ARROW: f32 = 76.0;
-/// How near to an edge a double-click inserts a vertex, in points.
+/// How near to an edge a click is on it, in points; three times that to insert a vertex.
 const NEAR: f32 = 12.0;
 /// Vertices that get handles.
 const MOST_HANDLES: usize = 1024;
@@ -232,6 +232,13 @@ impl Hands {
             return;
         };
         let found = app.light_under(at, aspect);
+        // Edges are clicked on to insert vertices: a little beside them is not nowhere.
+        let is_by_edge = app
+            .selected_light()
+            .is_some_and(|(_, light)| edge_near(app, &light, at, aspect, NEAR).is_some());
+        if found.is_none() && is_by_edge {
+            return;
+        }
         if let Some(open) = &mut app.open {
             if open.selected != found {
                 self.vertex = None;
@@ -245,16 +252,9 @@ impl Hands {
         let Some((id, mut light)) = app.selected_light() else {
             return false;
         };
-        let Some(point) = app.on_plane(&light, at, aspect) else {
+        let Some((edge, on_edge)) = edge_near(app, &light, at, aspect, 3.0 * NEAR) else {
             return false;
         };
-        let Some((edge, on_edge, _)) = outline::nearest_edge(&light.loops, point) else {
-            return false;
-        };
-        let seen = app.to_window(light.to_world(on_edge).as_vec3(), aspect);
-        if seen.is_none_or(|seen| seen.distance(at) > NEAR * 3.0) {
-            return false;
-        }
         let Some(corner) = outline::insert_vertex(&mut light.loops, edge, on_edge) else {
             return false;
         };
@@ -455,6 +455,21 @@ impl Held {
             }
         }
     }
+}
+
+/// The edge of a light nearest to a place of the window, and where on it, if it is as near as `reach` in
+/// points.
+fn edge_near(
+    app: &App,
+    light: &Light,
+    at: Pos2,
+    aspect: f32,
+    reach: f32,
+) -> Option<(Corner, DVec2)> {
+    let point = app.on_plane(light, at, aspect)?;
+    let (edge, on_edge, _) = outline::nearest_edge(&light.loops, point)?;
+    let seen = app.to_window(light.to_world(on_edge).as_vec3(), aspect)?;
+    (seen.distance(at) <= reach).then_some((edge, on_edge))
 }
 
 /// World axes and the light's own normal.

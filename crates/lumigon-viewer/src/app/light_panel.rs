@@ -173,11 +173,15 @@ impl App {
 fn strength(ui: &mut Ui, light: &mut Light) {
     let (mut color, mut strength) = flux::color_and_strength(light.radiance);
     ui.label("Colour");
-    let before = color;
     let mut rgb = color.to_array();
-    ui.color_edit_button_rgb(&mut rgb)
-        .on_hover_text("Linear red, green and blue, the largest 1");
-    color = Vec3::from(rgb);
+    // Only what the user changed: on its way through the button a colour is rounded.
+    let is_color_changed = ui
+        .color_edit_button_rgb(&mut rgb)
+        .on_hover_text("Linear red, green and blue, the largest 1")
+        .changed();
+    if is_color_changed {
+        color = Vec3::from(rgb);
+    }
     ui.end_row();
     ui.label("Radiance");
     let speed = f64::from(strength.max(0.01)) * 0.01;
@@ -187,7 +191,7 @@ fn strength(ui: &mut Ui, light: &mut Light) {
         .on_hover_text("Of the strongest channel: W m⁻² sr⁻¹, or nits, which glTF means by it")
         .changed();
     ui.end_row();
-    if is_strength_changed || color != before {
+    if is_strength_changed || is_color_changed {
         light.radiance = color * strength;
     }
     ui.label("Luminance");
