@@ -339,8 +339,13 @@ impl App {
         if let Some(open) = &mut self.open {
             open.display.forget_device();
         }
+        let reason = match fault {
+            GpuError::Lost { reason } if reason.is_empty() => "the GPU was lost".to_owned(),
+            GpuError::Lost { reason } => format!("the GPU was lost: {reason}"),
+            other => other.to_string(),
+        };
         self.messages.error(format!(
-            "{fault}. The window has a new device; nothing is lost."
+            "{reason}. The window has a new one, and all edits are there."
         ));
     }
 
