@@ -38,3 +38,4 @@ pub use scene::{
     PunctualKind, PunctualLight, Sampler, SaveError, Scene, SceneError, SurfaceSample, Texture,
     TextureMap, TextureRef, TextureTransform, Wrap, decode_image, read_image,
 };
+pub use whole_file::write_whole;

@@ -16,11 +16,24 @@ pub(crate) fn beside(path: &Path) -> io::Result<NamedTempFile> {
     // A temporary file is private; a picture is not.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.prefix(".lumigon-").tempfile_in(folder)
+    let made = builder.prefix(".lumigon-").tempfile_in(folder);
+    made.map_err(|fault| without_name(fault))
 }
 
-/// Writes beside the target, then renames: a reader sees the old file or the new one.
-pub(crate) fn write_whole(
+/// What the system says, without the name of a file that nobody asked for.
+fn without_name(fault: io::Error) -> io::Error {
+    let inner = fault.get_ref().and_then(|fault| fault.source());
+    let inner = inner.and_then(|source| source.downcast_ref::<io::Error>());
+    let code = inner.and_then(io::Error::raw_os_error);
+    code.map_or(fault, io::Error::from_raw_os_error)
+}
+
+/// Writes a file whole or not at all: beside the target, then renamed. A reader sees the old file or the
+/// new one.
+///
+/// # Errors
+/// What `write` or the system says; nothing is left then.
+pub fn write_whole(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> io::Result<()> {

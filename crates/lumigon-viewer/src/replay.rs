@@ -24,7 +24,10 @@
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
+
+use lumigon_renderer::write_whole;
 
 use egui::{Event, Key, Modifiers, PointerButton, Pos2, Vec2};
 
@@ -527,13 +530,7 @@ impl Recording {
 
     /// Writes it, whole or not at all.
     pub(crate) fn save(&self, path: &Path) -> std::io::Result<()> {
-        let folder = path
-            .parent()
-            .filter(|folder| !folder.as_os_str().is_empty());
-        let mut file = tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new(".")))?;
-        std::io::Write::write_all(&mut file, self.text.as_bytes())?;
-        file.persist(path)?;
-        Ok(())
+        write_whole(path, |file| file.write_all(self.text.as_bytes()))
     }
 }
 

@@ -160,11 +160,13 @@ impl App {
             }
             let content = settings.sides[i].content;
             if settings.is_split || content != Content::Picture {
-                let text = format!(
-                    "{}: {}",
-                    content.name(),
-                    super::methods::summary(&settings.sides[i].look)
-                );
+                let text = match content {
+                    Content::Reference | Content::Noise => content.name().to_owned(),
+                    _ => {
+                        let methods = super::methods::summary(&settings.sides[i].look);
+                        format!("{}: {methods}", content.name())
+                    }
+                };
                 let at = part.min + egui::vec2(8.0, 6.0);
                 label(&painter.with_clip_rect(part), at, Align2::LEFT_TOP, &text);
             }

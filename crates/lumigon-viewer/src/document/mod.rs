@@ -204,7 +204,7 @@ impl<S: Clone + PartialEq> Document<S> {
         &self.settings
     }
 
-    /// Whether all is as it was when it was last saved, or opened.
+    /// Whether the scene is as it was when it was last saved, or opened. Settings do not count.
     #[must_use]
     pub fn is_saved(&self) -> bool {
         self.saved == Some(self.state)

@@ -78,8 +78,11 @@ impl<S: Clone + PartialEq> Document<S> {
         let before = self.present(patch);
         self.store(patch, scene);
         let from = self.state;
-        self.last_state += 1;
-        self.state = self.last_state;
+        // Settings are not in what is saved.
+        if patch.changes_scene() {
+            self.last_state += 1;
+            self.state = self.last_state;
+        }
         if let Some(step) = &mut self.gesture {
             step.add(before, patch, self.state);
         } else {

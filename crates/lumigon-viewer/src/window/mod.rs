@@ -2,19 +2,20 @@
 
 mod painter;
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use egui::accesskit;
-use lumigon_renderer::{GpuError, GpuPreference};
+use lumigon_renderer::{GpuError, write_whole};
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
 use crate::app::{App, Surroundings};
-use crate::options::{BackendChoice, Options};
+use crate::options::Options;
 use crate::replay::{Demand, FRAME, Recording, Replay, ReplayError, Standing};
 use painter::{Drawn, Painter};
 
@@ -152,7 +153,7 @@ impl Shown {
                     reason: fault.to_string(),
                 })?;
         let window = Arc::new(window);
-        let painter = Painter::new(&window, preference(options.backend))?;
+        let painter = Painter::new(&window)?;
         let context = egui::Context::default();
         let input = egui_input(&context, &window, &painter);
         if options.replay.is_some() {
@@ -180,17 +181,12 @@ impl Shown {
             context.enable_accesskit();
         }
         crate::app::style(&context);
-        let painter = Painter::new(&self.window, preference(options.backend))?;
+        let painter = Painter::new(&self.window)?;
         self.input = egui_input(&context, &self.window, &painter);
         self.painter = Some(painter);
         self.context = context;
         Ok(())
     }
-}
-
-fn preference(_: BackendChoice) -> GpuPreference {
-    // The window itself wants a device in any case.
-    GpuPreference::Any
 }
 
 fn egui_input(
@@ -451,18 +447,10 @@ fn save(path: &Path, image: &egui::ColorImage) -> Result<(), ViewerError> {
         .iter()
         .flat_map(|pixel| [pixel.r(), pixel.g(), pixel.b()])
         .collect();
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty());
-    let mut file =
-        tempfile::NamedTempFile::new_in(folder.unwrap_or(Path::new("."))).map_err(|e| fault(&e))?;
+    let mut png = std::io::Cursor::new(Vec::new());
     image::RgbImage::from_raw(width, height, rgb)
         .ok_or_else(|| fault(&"the window has no pixels"))?
-        .write_to(
-            &mut std::io::BufWriter::new(file.as_file_mut()),
-            image::ImageFormat::Png,
-        )
+        .write_to(&mut png, image::ImageFormat::Png)
         .map_err(|e| fault(&e))?;
-    file.persist(path).map_err(|e| fault(&e))?;
-    Ok(())
+    write_whole(path, |file| file.write_all(png.get_ref())).map_err(|e| fault(&e))
 }

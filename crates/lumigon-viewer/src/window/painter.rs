@@ -24,7 +24,8 @@ pub(super) struct Drawn {
 }
 
 impl Painter {
-    pub(super) fn new(window: &Arc<Window>, preference: GpuPreference) -> Result<Self, GpuError> {
+    /// On hardware where there is some: the window wants a device whatever computes the picture.
+    pub(super) fn new(window: &Arc<Window>) -> Result<Self, GpuError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_with_display_handle(
             Box::new(Arc::clone(window)),
         ));
@@ -34,7 +35,7 @@ impl Painter {
                 what: "a window's surface",
                 reason: fault.to_string(),
             })?;
-        let gpu = Gpu::for_surface(&instance, &surface, preference)?;
+        let gpu = Gpu::for_surface(&instance, &surface, GpuPreference::Any)?;
         let size = window.inner_size();
         let capabilities = surface.get_capabilities(gpu.wgpu_adapter());
         // The interface mixes colours as they are displayed.
