@@ -489,7 +489,10 @@ fn layers_default_to_none() {
     let scene = Document::square()
         .with_material(&json!({"extensions": empty}))
         .scene();
-    let expected = crate::scene::Material::default();
+    let expected = crate::scene::Material {
+        source: Some(0),
+        ..Default::default()
+    };
     assert_eq!(scene.materials[0], expected);
 }
 
