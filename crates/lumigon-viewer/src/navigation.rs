@@ -105,7 +105,7 @@ impl Navigation {
     /// Around the target, by a drag in heights of the picture, y down.
     pub(crate) fn orbit(&mut self, by: Vec2) {
         let distance = self.position().distance(self.target);
-        let forward = self.turned(-by * Vec2::new(1.0, -1.0));
+        let forward = self.turned(by);
         self.place(self.target - forward * distance, forward);
     }
 
