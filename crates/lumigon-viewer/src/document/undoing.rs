@@ -198,7 +198,7 @@ impl<S: Clone + PartialEq> Document<S> {
     }
 
     fn revert(&mut self, step: &Step<S>) {
-        if step.to != step.from {
+        if step.to != step.from || step.before.settings.is_some() {
             self.apply(&step.before);
             self.state = step.from;
         }
