@@ -17,7 +17,7 @@ pub(crate) fn beside(path: &Path) -> io::Result<NamedTempFile> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let made = builder.prefix(".lumigon-").tempfile_in(folder);
-    made.map_err(|fault| without_name(fault))
+    made.map_err(without_name)
 }
 
 /// What the system says, without the name of a file that nobody asked for.
