@@ -432,14 +432,7 @@ impl Display {
         let start = Instant::now();
         for (i, side) in wish.settings.shown().iter().enumerate() {
             if side.content == Content::LightCounts {
-                let settings = side.look.render_settings(size, 1);
-                let counts = self
-                    .cpu
-                    .light_counts(wish.camera, &settings, Watch::none())?;
-                let (colors, scale) = false_color::light_counts(&counts);
-                let image = egui::ColorImage::new(size.map(|side| side as usize), colors);
-                self.shots[i].set(context, i, size, image);
-                self.shots[i].scale = Some(scale);
+                self.show_counts(context, wish, i, size)?;
                 continue;
             }
             self.shots[i].scale = None;
@@ -795,17 +788,29 @@ impl Display {
             if side.content != Content::LightCounts || self.shots[i].size == wish.size {
                 continue;
             }
-            let settings = side.look.render_settings(wish.size, 1);
-            match self.cpu.light_counts(wish.camera, &settings, Watch::none()) {
-                Ok(counts) => {
-                    let (colors, scale) = false_color::light_counts(&counts);
-                    let image = egui::ColorImage::new(wish.size.map(|side| side as usize), colors);
-                    self.shots[i].set(context, i, wish.size, image);
-                    self.shots[i].scale = Some(scale);
-                }
-                Err(fault) => self.fault = Some(fault.to_string()),
+            if let Err(fault) = self.show_counts(context, wish, i, wish.size) {
+                self.fault = Some(fault.to_string());
             }
         }
+    }
+
+    /// The heat map of one side.
+    fn show_counts(
+        &mut self,
+        context: &egui::Context,
+        wish: &Wish<'_>,
+        i: usize,
+        size: [u32; 2],
+    ) -> Result<(), RenderError> {
+        let settings = wish.settings.sides[i].look.render_settings(size, 1);
+        let counts = self
+            .cpu
+            .light_counts(wish.camera, &settings, Watch::none())?;
+        let (colors, scale) = false_color::light_counts(&counts);
+        let image = egui::ColorImage::new(size.map(|side| side as usize), colors);
+        self.shots[i].set(context, i, size, image);
+        self.shots[i].scale = Some(scale);
+        Ok(())
     }
 
     fn start(&mut self, job: Job) {
